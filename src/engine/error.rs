@@ -1,7 +1,7 @@
 //! Why a run cannot go on.
 
 pub use super::flight::Fault;
-use super::observer::Busy;
+use super::observer::Activity;
 use crate::number::Number;
 
 /// Why a run cannot go on, with the time and the values.
@@ -59,8 +59,8 @@ pub enum EngineError {
     OutOfReach {
         /// Time, s.
         time: f64,
-        /// What the run is busy with.
-        by: Busy,
+        /// What the run was computing.
+        activity: Activity,
         /// Steps and events in a second of the run, 1/s.
         rate: f64,
     },
@@ -91,24 +91,7 @@ impl std::fmt::Display for EngineError {
                 write!(f, "the overlap, the force or the impulse of contact {contact} is not finite at t = {time} s")
             }
             Self::OffArc { time, ball, fault } => {
-                let (ball, time) = (ball + 1, Number(time));
-                let next = ball + 1;
-                let what = match fault {
-                    Fault::Horizontal => format!("pendulum {ball} swings beyond 90 degrees"),
-                    Fault::Slack => format!("the string of ball {ball} goes slack"),
-                    Fault::Held => format!("rigid balls {ball} and {next} are pressed together"),
-                    Fault::Across => format!("rigid balls {ball} and {next} meet across their arcs"),
-                    Fault::Sides => format!("balls {ball} and {next} change sides"),
-                };
-                let allowed = match fault {
-                    Fault::Horizontal | Fault::Slack => "angles up to 90 degrees and tensions of 0 or more",
-                    Fault::Held => {
-                        "that of balls with equal pendulum.lengthRatio, contact.gap + contact.deadBand = 0, \
-                         and pendulum.drag = 0 or equal ball.massRatio, which swing as one"
-                    }
-                    Fault::Across => "impacts that push all balls in touch along their arcs in one sense",
-                    Fault::Sides => "neighbours each of which stays on its side of the other one's string",
-                };
+                let ((what, allowed), time) = (off_arc(fault, ball), Number(time));
                 write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
@@ -120,11 +103,11 @@ impl std::fmt::Display for EngineError {
             Self::Stalled { time, contact } => {
                 write!(f, "no progress in contact {} at t = {} s", contact + 1, Number(time))
             }
-            Self::OutOfReach { time, by, rate } => {
-                let (who, rounds) = match by {
-                    Busy::Contact(contact) => (format!("contact {}", contact + 1), "steps and events"),
-                    Busy::Flight(ball) => (format!("the flight of ball {}", ball + 1), "steps"),
-                    Busy::Solver => ("the solver".to_owned(), "steps"),
+            Self::OutOfReach { time, activity, rate } => {
+                let (who, rounds) = match activity {
+                    Activity::Contact(contact) => (format!("contact {}", contact + 1), "steps and events"),
+                    Activity::Flight(ball) => (format!("the flight of ball {}", ball + 1), "steps"),
+                    Activity::Solver => ("the solver".to_owned(), "steps"),
                 };
                 let time = Number(time);
                 write!(
@@ -136,6 +119,29 @@ impl std::fmt::Display for EngineError {
                 write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Number(time), Number(step))
             }
         }
+    }
+}
+
+/// What happens to `ball`, counted from 0, by this fault, and what is allowed instead.
+fn off_arc(fault: Fault, ball: usize) -> (String, &'static str) {
+    let (ball, next) = (ball + 1, ball + 2);
+    let angles = "angles up to 90 degrees and tensions of 0 or more";
+    match fault {
+        Fault::Horizontal => (format!("pendulum {ball} swings beyond 90 degrees"), angles),
+        Fault::Slack => (format!("the string of ball {ball} goes slack"), angles),
+        Fault::Held => (
+            format!("rigid balls {ball} and {next} are pressed together"),
+            "that of balls with equal pendulum.lengthRatio, contact.gap + contact.deadBand = 0, and pendulum.drag = 0 \
+             or equal ball.massRatio, which swing as one",
+        ),
+        Fault::Across => (
+            format!("rigid balls {ball} and {next} meet across their arcs"),
+            "impacts that push all balls in touch along their arcs in one sense",
+        ),
+        Fault::Sides => (
+            format!("balls {ball} and {next} change sides"),
+            "neighbours each of which stays on its side of the other one's string",
+        ),
     }
 }
 

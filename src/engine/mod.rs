@@ -34,7 +34,7 @@ pub use derivatives::{History, LastStep};
 pub use error::{EngineError, Fault};
 pub use exchange::{Exchange, Update, state_count};
 pub(crate) use inputs::HeldInputs;
-pub use observer::{Busy, Observer, Peak, Progress, Pulse, Unrecorded};
+pub use observer::{Activity, Observer, Peak, Progress, Pulse, Unrecorded};
 pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
 pub use run::{Engine, InvalidState, Snapshot};

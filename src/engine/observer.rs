@@ -26,7 +26,7 @@ impl Peak {
 
     /// Takes a `force` whose rate is 0 at `time`, if it is larger. Between the two times `near` the force has only one
     /// maximum, so a force found there before is not larger, whatever its rounding.
-    pub(crate) fn turn(&mut self, force: f64, time: f64, near: [f64; 2]) {
+    pub(crate) fn raise_to_maximum(&mut self, force: f64, time: f64, near: [f64; 2]) {
         self.take(Self { force, time }, near[0] <= self.time && self.time <= near[1]);
     }
 
@@ -103,12 +103,12 @@ pub struct Progress {
     /// Rounds of work in this call so far: steps and events.
     pub rounds: u64,
     /// What the last round was about.
-    pub by: Busy,
+    pub activity: Activity,
 }
 
-/// What a run is busy with.
+/// What a run is computing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Busy {
+pub enum Activity {
     /// Steps and events of this contact, from 0, and of those that press at the same time.
     Contact(usize),
     /// The flight of this ball on its arc, from 0: power series, or implicit steps, one after the other.

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Peak;
-use crate::engine::arc_impact::{ImpactResult, Shape, outcome};
+use crate::engine::arc_impact::{ImpactResult, ImpactShape, outcome};
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
 use crate::model::{ContactLaw, Cradle};
@@ -15,7 +15,7 @@ use crate::solver::{DoubleDouble, Dual, Scalar, hypotenuse};
 
 /// Number of terms of the expansion, and the largest `alpha + |beta|` for which its error is below rounding.
 const TERMS: usize = 7;
-const SMALL: f64 = 1e-3;
+const EXPANSION_LIMIT: f64 = 1e-3;
 
 /// Coefficients of `beta^(k-j) alpha^j` in an expansion.
 type Expansion<S = f64> = [[S; TERMS]; TERMS];
@@ -29,7 +29,7 @@ pub(crate) struct ImpactCoefficients {
     /// Coefficients for derivatives.
     derivatives: OnceLock<Box<PulseCoefficients>>,
     /// Coefficients for balls on arcs.
-    shape: OnceLock<Box<Shape>>,
+    shape: OnceLock<Box<ImpactShape>>,
 }
 
 /// Derivatives of the first two expansions by the exponent p, and expansions of the integrals of `q^g sqrt(...) dq` for
@@ -67,7 +67,7 @@ impl ImpactCoefficients {
     /// The dimensionless impact by this law; `None` where its expansion does not hold.
     pub fn pulse(&self, law: &ContactLaw, alpha: f64, beta: f64) -> Option<PulseShape> {
         let (p, damping) = (law.exponent, law.damping_exponent());
-        let expands = alpha + beta.abs() < SMALL;
+        let expands = alpha + beta.abs() < EXPANSION_LIMIT;
         if !expands {
             return None; // Also if they are NaN.
         }
@@ -90,23 +90,23 @@ impl ImpactCoefficients {
         Some(PulseShape { integrals: [0, 1].map(integral), works })
     }
 
-    /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
+    /// Solves the overlap's motion `d'' = -omega2 d - load - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
     /// Returns its duration (s), largest overlap (m) and integral (m.s).
-    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<[f64; 3]> {
+    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, load: f64) -> Option<[f64; 3]> {
         if law.whole_exponent() == Some(1) {
             let frequency2 = omega2 + law.stiffness / mass;
             let frequency = frequency2.sqrt();
-            let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
-            let (offset, amplitude) = (pull / frequency2, rate / frequency);
+            let duration = 2.0 / frequency * libm::atan2(rate * frequency, load);
+            let (offset, amplitude) = (load / frequency2, rate / frequency);
             let radius = hypotenuse(offset * offset + amplitude * amplitude, offset, amplitude);
             // The difference of radius and offset without cancellation.
             let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
-            let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
+            let overlap_integral = (2.0 * rate - load * duration) / frequency2;
             return Some([duration, peak_overlap, overlap_integral]);
         }
         let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
-        let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
-        let expands = alpha + beta.abs() < SMALL;
+        let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * load * reach / (rate * rate));
+        let expands = alpha + beta.abs() < EXPANSION_LIMIT;
         if !expands {
             return None; // Also if they are NaN.
         }
@@ -237,17 +237,12 @@ impl PairImpact {
         let total = left.model.mass + right.model.mass;
         let (left_share, right_share) = (left.model.mass / total, right.model.mass / total);
         let reduced = left.model.mass * right_share;
-        let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
-        let [t, peak_overlap, overlap_integral] = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
+        let load = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
+        let [t, peak_overlap, overlap_integral] = coefficients.compression(law, o.omega2(), reduced, rate, load)?;
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
         }
-
-        let centre = Flight {
-            x: left_share * l.x + right_share * r.x,
-            v: left_share * l.v + right_share * r.v,
-            forcing: [left_share * l.forcing[0] + right_share * r.forcing[0], 0.0, 0.0, 0.0],
-        };
+        let centre = centre_of_mass([l, r], [left_share, right_share]);
         let u: [f64; 4] = o.basis(t.into());
         let displacement = centre.displacement(o, &u);
         // A difference of velocities would lose the effect of gravity in a microsecond to rounding.
@@ -267,7 +262,7 @@ impl PairImpact {
             duration: t,
             displacements: [displacement; 2],
             velocities,
-            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * overlap_integral),
+            impulse: reduced * (2.0 * rate - load * t - o.omega2() * overlap_integral),
             // Without losses the way back takes as long.
             peak: Peak { force: law.elastic_force(peak_overlap), time: 0.5 * t },
         };
@@ -284,10 +279,11 @@ impl PairImpact {
     ) -> Option<Self> {
         let (models, flights) = (balls.map(|ball| ball.model), balls.map(|ball| &ball.flight));
         let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
-        if !(law.is_elastic() && law.exponent <= Shape::HIGHEST && steady(0) && steady(1)) {
+        if !(law.is_elastic() && law.exponent <= ImpactShape::HIGHEST && steady(0) && steady(1)) {
             return None;
         }
-        let shape = coefficients.shape.get_or_init(|| Box::new(Shape::new(law.exponent, power_of_stretching(law))));
+        let shape =
+            coefficients.shape.get_or_init(|| Box::new(ImpactShape::new(law.exponent, power_of_stretching(law))));
         let outcome = outcome(&models, flights, law, shape)?;
         let ImpactResult { duration, displacements, .. } = outcome;
         let integrals = [0, 1].map(|k| integrals_of_inputs(&models[k], flights[k], duration, &|_| displacements[k]));
@@ -307,6 +303,13 @@ impl PairImpact {
             self.outcome.displacements[ball] + self.outcome.velocities[ball] * (tau - self.outcome.duration)
         }
     }
+}
+
+/// The flight of the centre of mass of two balls, with these shares in the mass, under constant inputs.
+#[inline]
+fn centre_of_mass([left, right]: [&Flight; 2], shares: [f64; 2]) -> Flight {
+    let mean = |of: fn(&Flight) -> f64| shares[0] * of(left) + shares[1] * of(right);
+    Flight { x: mean(|flight| flight.x), v: mean(|flight| flight.v), forcing: [mean(|f| f.forcing[0]), 0.0, 0.0, 0.0] }
 }
 
 #[cfg(test)]

@@ -63,12 +63,12 @@ impl Ledger {
     }
 
     /// Enters the largest force of a part of a pulse that began at `begun`.
-    pub fn reach(&mut self, peak: Peak, begun: DoubleDouble) {
+    pub fn raise_peak(&mut self, peak: Peak, begun: DoubleDouble) {
         self.pulse_peak.continue_with(peak, begun.value_up());
     }
 
     /// Enters a force within the current step, N.
-    pub fn reach_in_step(&mut self, force: f64) {
+    pub fn raise_peak_of_step(&mut self, force: f64) {
         self.step_peak = self.step_peak.max(force);
     }
 

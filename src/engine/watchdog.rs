@@ -1,6 +1,6 @@
 //! Gives up steps that would take days, and reports progress: in runs by every method.
 
-use super::{Busy, EngineError, Observer, Progress};
+use super::{Activity, EngineError, Observer, Progress};
 use crate::solver::DoubleDouble;
 
 /// Watches a call of [`advance`](super::Simulation::advance): reports progress, and gives up if the call would take
@@ -36,19 +36,19 @@ impl Watchdog {
         Self { until: until.into(), look, quiet_until, rounds: 0, last: (from, 0, effort), hopeless: 0 }
     }
 
-    /// Counts `rounds` of the work `by`, with which the run has come to the time `t`, after this `effort` in all.
+    /// Counts `rounds` of this `activity`, with which the run has come to the time `t`, after this `effort` in all.
     #[inline]
     pub fn check(
         &mut self,
         t: DoubleDouble,
-        (rounds, by): (u64, impl Fn() -> Busy),
+        (rounds, activity): (u64, impl Fn() -> Activity),
         effort: u64,
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
         self.rounds += rounds;
         if effort > self.quiet_until {
             self.quiet_until = effort.saturating_add(Self::REPORT);
-            observer.progress(Progress { time: t.value(), rounds: self.rounds, by: by() });
+            observer.progress(Progress { time: t.value(), rounds: self.rounds, activity: activity() });
         }
         let (last, rounds_then, effort_then) = self.last;
         if effort - effort_then < self.look {
@@ -62,7 +62,7 @@ impl Watchdog {
             return Ok(());
         }
         let rate = per_second(self.rounds - rounds_then).min(f64::MAX);
-        Err(EngineError::OutOfReach { time: t.value(), by: by(), rate })
+        Err(EngineError::OutOfReach { time: t.value(), activity: activity(), rate })
     }
 }
 
@@ -85,7 +85,7 @@ mod tests {
         let mut piece = |length: f64| {
             t += length;
             so_far += effort;
-            watchdog.check(t, (2, || Busy::Flight(3)), so_far, &mut reports)
+            watchdog.check(t, (2, || Activity::Flight(3)), so_far, &mut reports)
         };
         let error = lengths.map(&mut piece).find_map(Result::err);
         (error, reports.0)
@@ -96,10 +96,10 @@ mod tests {
         let look = Watchdog::LOOK + 4 * Watchdog::LOOK_OF_A_CONTACT;
         // At this pace a look comes after 1 s, and the end after 4e12 units.
         let (error, reports) = watch(look, std::iter::repeat_n(1.0, 8));
-        assert_eq!(error, Some(EngineError::OutOfReach { time: 9.0, by: Busy::Flight(3), rate: 2.0 }));
+        assert_eq!(error, Some(EngineError::OutOfReach { time: 9.0, activity: Activity::Flight(3), rate: 2.0 }));
         assert_eq!(reports, 8);
         let (error, reports) = watch(look / 8, std::iter::repeat_n(0.125, 1000));
-        assert_eq!(error, Some(EngineError::OutOfReach { time: 9.0, by: Busy::Flight(3), rate: 16.0 }));
+        assert_eq!(error, Some(EngineError::OutOfReach { time: 9.0, activity: Activity::Flight(3), rate: 16.0 }));
         assert_eq!(reports, 64);
         // Bursts of seven hopeless looks; and a pace that comes to the end within a day.
         assert_eq!(watch(look, (1..8000).map(|i| if i % 8 == 0 { 100.0 } else { 1.0 })).0, None);

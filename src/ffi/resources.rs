@@ -10,7 +10,7 @@ use crate::instance::{Purpose, Start};
 use crate::variables::{Description, FILE_NAME, Recipe, Refusal, Settings, ensure};
 
 /// The description that an instance was made from.
-struct Known {
+struct KnownDescription {
     fmi3: bool,
     settings: Settings,
     guid: String,
@@ -19,7 +19,7 @@ struct Known {
 
 /// The last description used. Writing one for its hash takes longer than all else here, and a host that makes several
 /// instances in a row uses the same one.
-static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+static KNOWN: Mutex<Option<KnownDescription>> = Mutex::new(None);
 
 /// The recipe at `location`, a URI; the default one if there is no location or no file. Only this one file is looked
 /// for.
@@ -42,7 +42,8 @@ pub(crate) fn start(
 ) -> Result<Start, Refusal> {
     let settings = recipe?.settings().map_err(|error| Refusal::new(format_args!("resources: {error}")))?;
     let guid = token.to_string_lossy().into_owned();
-    let is_known = |known: &&Known| known.fmi3 == purpose.fmi3 && known.guid == guid && known.settings == settings;
+    let is_known =
+        |known: &&KnownDescription| known.fmi3 == purpose.fmi3 && known.guid == guid && known.settings == settings;
     let known = KNOWN.lock().ok().and_then(|known| known.as_ref().filter(is_known).map(|known| known.scalars));
     if let Some(scalars) = known {
         return Ok(Start { purpose, settings, scalars, guid });
@@ -51,7 +52,8 @@ pub(crate) fn start(
     if let Some(own) = descriptions.iter().find(|own| own.guid() == guid) {
         let scalars = own.scalars;
         if let Ok(mut known) = KNOWN.lock() {
-            *known = Some(Known { fmi3: purpose.fmi3, settings: settings.clone(), guid: guid.clone(), scalars });
+            *known =
+                Some(KnownDescription { fmi3: purpose.fmi3, settings: settings.clone(), guid: guid.clone(), scalars });
         }
         return Ok(Start { purpose, settings, scalars, guid });
     }

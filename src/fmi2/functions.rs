@@ -7,7 +7,7 @@ use std::ptr::null_mut;
 use crate::ffi::{self, Component, HostFenv, Version, answer, array, array_mut, fill, log_line, text, write};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
-use crate::instance::{Experiment, Handled, Kind, Log, Phase, Purpose, Sink};
+use crate::instance::{Experiment, Handled, Kind, Log, LogSink, Phase, Purpose};
 use crate::variables::{Refusal, Type, ensure};
 
 macro_rules! export {
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
 }
 
 /// A sink for the host's logger, if it has one. The name is copied, because the host may free its own.
-fn sink(functions: fmi2CallbackFunctions, name: &CStr, fenv: HostFenv) -> Option<Sink> {
+fn sink(functions: fmi2CallbackFunctions, name: &CStr, fenv: HostFenv) -> Option<LogSink> {
     let (logger, environment, name) = (functions.logger?, functions.componentEnvironment, name.to_owned());
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, true);

@@ -16,7 +16,7 @@ pub use types::*;
 
 use crate::ffi::Version;
 use crate::instance::{Instance, Severity};
-use crate::variables::{Fault, LogCategory, Refusal};
+use crate::variables::{LogCategory, Refusal, RefusalCause};
 
 struct Fmi2;
 
@@ -31,7 +31,7 @@ impl Version for Fmi2 {
 
     /// The instance is unchanged.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {
-        if refusal.fault == Fault::State {
+        if refusal.cause == RefusalCause::State {
             instance.log.write(Severity::Discard, LogCategory::Discard, format_args!("{function}: {refusal}"));
             return fmi2Status::fmi2Discard;
         }

@@ -3,7 +3,7 @@
 use crate::ffi::{self, Component, HostFenv, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Kind, Log, Purpose, Sink};
+use crate::instance::{Kind, Log, LogSink, Purpose};
 use crate::variables::{Refusal, Variable, ensure};
 
 /// Version of the standard: `3.0`.
@@ -131,7 +131,7 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
 }
 
 /// A sink for the host's logger, if it has one.
-fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, fenv: HostFenv) -> Option<Sink> {
+fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, fenv: HostFenv) -> Option<LogSink> {
     let logger = logger?;
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, false);

@@ -20,7 +20,7 @@ pub use types::*;
 
 use crate::ffi::Version;
 use crate::instance::{Instance, Severity};
-use crate::variables::{Fault, LogCategory, Refusal};
+use crate::variables::{LogCategory, Refusal, RefusalCause};
 
 /// FMI 3.0, and the callbacks of the host.
 struct Fmi3 {
@@ -58,7 +58,7 @@ impl Version for Fmi3 {
 
     /// A value that is out of range or does not exist changes nothing; everything else ends the run.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi3Status {
-        if refusal.fault != Fault::Call {
+        if refusal.cause != RefusalCause::Call {
             instance.log.write(Severity::Discard, LogCategory::Discard, format_args!("{function}: {refusal}"));
             return fmi3Status::fmi3Discard;
         }

@@ -29,12 +29,12 @@ enum Derived {
 }
 
 /// A direction in the space of parameters, inputs and states.
-struct Direction {
+struct SettingsDirection {
     settings: Settings,
     states: Vec<f64>,
 }
 
-impl Direction {
+impl SettingsDirection {
     fn none(instance: &Instance) -> Self {
         Self { settings: Settings::zero(instance.balls()), states: vec![0.0; state_count(instance.balls())] }
     }
@@ -75,7 +75,7 @@ impl Instance {
         let (unknowns, knowns) = (self.elements_of(unknowns, false)?, self.knowns(knowns)?);
         Refusal::unless_count("nSeed", seed.len(), knowns.len())?;
         self.recompute()?;
-        let mut along = Direction::none(self);
+        let mut along = SettingsDirection::none(self);
         for (known, change) in knowns.iter().zip(seed) {
             self.turn(&mut along, *known, *change)?;
         }
@@ -101,7 +101,7 @@ impl Instance {
         let (taped, others): (Vec<_>, Vec<_>) = all.iter().copied().partition(is_taped);
         let sum = |of: &Differential| taped.iter().map(|(unknown, weight)| weight * value(Some(of), unknown)).sum();
         let gradient = tape.as_ref().map(|tape| tape.gradient(sum));
-        let mut along = Direction::none(self);
+        let mut along = SettingsDirection::none(self);
         let derivative = |known: &Element| {
             let Some(variable) = known else { return Ok(0.0) };
             self.turn(&mut along, *known, 1.0)?;
@@ -126,7 +126,12 @@ impl Instance {
 
     /// Derivatives of `unknowns` along a direction. Those over a run come from its tape, if `taped` and the tape has
     /// them; otherwise the run is followed.
-    fn derivatives_along(&mut self, unknowns: &[Element], along: &Direction, taped: bool) -> Result<Vec<f64>, Refusal> {
+    fn derivatives_along(
+        &mut self,
+        unknowns: &[Element],
+        along: &SettingsDirection,
+        taped: bool,
+    ) -> Result<Vec<f64>, Refusal> {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
         let derived = self.derived();
         let tape = if derived == Derived::Run { self.tape()? } else { None };
@@ -181,7 +186,7 @@ impl Instance {
     }
 
     /// Sets the component of a direction along a known to `change`, if it can be a known.
-    fn turn(&self, along: &mut Direction, known: Element, change: f64) -> Result<(), Refusal> {
+    fn turn(&self, along: &mut SettingsDirection, known: Element, change: f64) -> Result<(), Refusal> {
         let Some(variable) = known else { return Ok(()) };
         let state = variable.state_place(self.balls(), true).filter(|_| self.derived() == Derived::Exchanged);
         let input = variable.row.causality == Causality::Input;

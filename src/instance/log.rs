@@ -18,12 +18,12 @@ pub enum Severity {
     Fatal,
 }
 
-pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
+pub type LogSink = Box<dyn Fn(Severity, LogCategory, &str)>;
 
 /// The log of one instance: lines of the categories that the host has switched on and, if it insists, all warnings and
 /// errors.
 pub struct Log {
-    sink: Option<Sink>,
+    sink: Option<LogSink>,
     enabled: [bool; LogCategory::ITEMS.len()],
     insists: bool,
 }
@@ -31,7 +31,7 @@ pub struct Log {
 impl Log {
     /// A log to `sink`, or to nowhere. `on` switches all categories on. A log that `insists` always writes warnings and
     /// errors.
-    pub fn new(sink: Option<Sink>, on: bool, insists: bool) -> Self {
+    pub fn new(sink: Option<LogSink>, on: bool, insists: bool) -> Self {
         Self { sink, enabled: [on; LogCategory::ITEMS.len()], insists }
     }
 

@@ -20,6 +20,6 @@ mod values;
 
 pub use legality::{Call, Kind, Phase, Purpose};
 pub use lifecycle::{Experiment, Instance, Start};
-pub use log::{Log, Severity, Sink};
+pub use log::{Log, LogSink, Severity};
 pub use saved::SavedState;
 pub use step::{Handled, StepEnd};

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::clocks::Clocks;
 use super::legality::Purpose;
 use super::log::{Log, Severity};
-use crate::engine::{Busy, Observer, Progress, Pulse};
+use crate::engine::{Activity, Observer, Progress, Pulse};
 use crate::variables::{LogCategory, Number};
 
 /// When the progress of a long step is first logged, and how often from then on.
@@ -28,8 +28,8 @@ pub(super) struct StepLogger<'a> {
     since: Option<Instant>,
     /// Time after that at which the next line is due.
     due: Duration,
-    /// What the step was busy with, and how often.
-    seen: BTreeMap<Busy, u64>,
+    /// What the step was computing, and how often.
+    seen: BTreeMap<Activity, u64>,
 }
 
 impl<'a> StepLogger<'a> {
@@ -70,18 +70,18 @@ impl Observer for StepLogger<'_> {
     }
 
     #[cold]
-    fn progress(&mut self, Progress { time, rounds, by }: Progress) {
+    fn progress(&mut self, Progress { time, rounds, activity }: Progress) {
         let taken = self.since.get_or_insert_with(Instant::now).elapsed();
-        *self.seen.entry(by).or_default() += 1;
+        *self.seen.entry(activity).or_default() += 1;
         if taken < self.due {
             return;
         }
         self.due = taken + EVERY;
-        let most = self.seen.iter().max_by_key(|(_, times)| **times).map_or(by, |(by, _)| *by);
+        let most = self.seen.iter().max_by_key(|(_, times)| **times).map_or(activity, |(activity, _)| *activity);
         let work = match most {
-            Busy::Contact(contact) => format!("{rounds} steps and events, most of them in contact {}", contact + 1),
-            Busy::Flight(ball) => format!("{rounds} steps, most of them for the flight of ball {}", ball + 1),
-            Busy::Solver => format!("{rounds} steps of the solver"),
+            Activity::Contact(contact) => format!("{rounds} steps and events, most of them in contact {}", contact + 1),
+            Activity::Flight(ball) => format!("{rounds} steps, most of them for the flight of ball {}", ball + 1),
+            Activity::Solver => format!("{rounds} steps of the solver"),
         };
         let (until, time, taken) = (Number(self.until), Number(time), taken.as_secs());
         // A warning, so that it is seen without switching anything on: the host is waiting.
@@ -111,21 +111,21 @@ mod tests {
         let log = Log::new(Some(Box::new(sink)), false, true);
         let (mut clocks, purpose) = (Clocks::default(), Purpose::fmi2(Kind::CoSimulation));
         let mut recorder = StepLogger::new(&log, &mut clocks, purpose, 1e300, false);
-        let mut progress = |seconds: Option<u64>, by: Busy| {
+        let mut progress = |seconds: Option<u64>, activity: Activity| {
             let since = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds));
             recorder.since = seconds.map_or(recorder.since, since);
-            recorder.progress(Progress { time: 2.5e-7, rounds: 1000, by });
+            recorder.progress(Progress { time: 2.5e-7, rounds: 1000, activity });
         };
-        progress(None, Busy::Contact(3));
+        progress(None, Activity::Contact(3));
         assert!(lines.borrow().is_empty());
         // At first both contacts have been seen once.
         for seconds in [3, 9, 14] {
-            progress(Some(seconds), Busy::Contact(2));
+            progress(Some(seconds), Activity::Contact(2));
         }
-        (0..4).for_each(|_| progress(None, Busy::Flight(0)));
-        progress(Some(25), Busy::Flight(0));
-        (0..9).for_each(|_| progress(None, Busy::Solver));
-        progress(Some(36), Busy::Solver);
+        (0..4).for_each(|_| progress(None, Activity::Flight(0)));
+        progress(Some(25), Activity::Flight(0));
+        (0..9).for_each(|_| progress(None, Activity::Solver));
+        progress(Some(36), Activity::Solver);
         let work = [
             (3, "1000 steps and events, most of them in contact 4"),
             (14, "1000 steps and events, most of them in contact 3"),

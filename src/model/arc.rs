@@ -52,7 +52,7 @@ impl<S: Scalar> BallModel<S> {
 
     /// Acceleration (m/s2) along the path at `s` (m) by gravity and the horizontal `forcing` (m/s2), less its value on
     /// a line.
-    pub(crate) fn bend(&self, s: S, forcing: S) -> S {
+    pub(crate) fn arc_correction(&self, s: S, forcing: S) -> S {
         if !self.on_arc {
             return S::default();
         }
@@ -297,10 +297,10 @@ impl Pair<'_> {
 
 /// Overlap of two neighbours (m), its rate (m/s) and acceleration (m/s2), from the value and derivatives of
 /// `G = (touch^2 - D^2) / (2 touch)`, where `touch` (m) is the distance of the centres at first contact.
-pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) -> [S; 3] {
+pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, acceleration]: [S; 3], touch: S) -> [S; 3] {
     let (one, two) = (S::from(1.0), S::from(2.0));
     let q = (one - two * g / touch).sqrt();
-    [two * g / (one + q), rate / q, bend / q + rate * rate / (touch * q * q * q)]
+    [two * g / (one + q), rate / q, acceleration / q + rate * rate / (touch * q * q * q)]
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ impl SignOfForce {
 
     /// How wrong it may be at the overlap `d` (m) if `d` is known to within `position` (m) and its rate to within
     /// `velocity` (m/s).
-    pub fn noise(&self, d: f64, position: f64, velocity: f64) -> f64 {
+    pub fn error_bound(&self, d: f64, position: f64, velocity: f64) -> f64 {
         let slope = match self.exponent {
             0.0 => 0.0,
             1.0 => 1.0,

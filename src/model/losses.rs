@@ -26,7 +26,8 @@ impl ContactLaw {
     /// The damping factor C, N.s/m, with which two free balls of the reduced mass `m` (kg) that close at `rate` (m/s,
     /// positive) part with this `restitution`, above 0 and at most 1; to about 1e-10 of the restitution.
     pub fn damping_for(&self, restitution: f64, m: f64, rate: f64) -> f64 {
-        let impact = Impact::new(self.exponent, self.damping_exponent(), self.damping.clipped, restitution);
+        let impact =
+            DimensionlessImpact::new(self.exponent, self.damping_exponent(), self.damping.clipped, restitution);
         self.unit_of_damping(m, rate) * if restitution < 1.0 { impact.damping() } else { 0.0 }
     }
 
@@ -39,8 +40,8 @@ impl ContactLaw {
     }
 }
 
-/// An impact in its own units.
-struct Impact {
+/// An impact in units in which its mass, its speed and its stiffness are 1; see above.
+struct DimensionlessImpact {
     p: f64,
     s: f64,
     /// Whether the law does not pull.
@@ -50,7 +51,7 @@ struct Impact {
     w: f64,
 }
 
-impl Impact {
+impl DimensionlessImpact {
     fn new(p: f64, s: f64, clipped: bool, restitution: f64) -> Self {
         Self { p, s, clipped, restitution, h: (0.5 * (p + 1.0)).sqrt(), w: (2.0 * s - p + 1.0) / (p + 1.0) }
     }

@@ -228,8 +228,8 @@ fn along_path<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<
 /// Tension of the string of ball `i` on an arc, N; its place is `at`.
 fn tension<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
     let (ball, (_, u)) = (&chain.cradle().balls[i], chain.state_of(i));
-    let pull = ball.gravity * at.cos + u * u / ball.length + chain.forcing_of(i) * at.sin;
-    ball.mass * pull + pushed(chain, i)[1]
+    let without_contacts = ball.gravity * at.cos + u * u / ball.length + chain.forcing_of(i) * at.sin;
+    ball.mass * without_contacts + pushed(chain, i)[1]
 }
 
 /// Sums of the contact forces on ball `i` along its path and away from its pivot, N.

@@ -42,8 +42,8 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
             let top = root::rising_zero(falling, (left, -slope_left), (right, -slope_right));
             let value = value_by_lanes(c, top);
             // Up to rounding, an end of the interval beside it may be as high.
-            let noise = if best.0 == left || best.0 == right { ROUNDING * best.1.abs() } else { 0.0 };
-            if value > best.1 - noise {
+            let rounding = if best.0 == left || best.0 == right { ROUNDING * best.1.abs() } else { 0.0 };
+            if value > best.1 - rounding {
                 best = (top, value.max(best.1));
             }
         }
@@ -63,13 +63,13 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
 #[inline]
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     let (value, slope) = (sign * (c[0] - level), sign * c[1]);
-    let (chord, bend) = (value + until * slope, until * until * bound(&c[2..], until));
+    let (chord, deviation) = (value + until * slope, until * until * bound(&c[2..], until));
     // A cheap bound: most searches find nothing.
-    if value < -bend && chord < -bend {
+    if value < -deviation && chord < -deviation {
         return None;
     }
     // Nothing is known of numbers beyond the range of doubles.
-    if !(chord + bend).is_finite() {
+    if !(chord + deviation).is_finite() {
         return Some(f64::NAN);
     }
     Above { c, sign, level }.first_positive(until)

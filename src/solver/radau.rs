@@ -96,7 +96,7 @@ pub fn inverse(matrix: &Matrix) -> Matrix {
 /// A block row of a block tridiagonal matrix, with its right-hand side `known`. The first `lower` and the last `upper`
 /// are ignored.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct BlockRow {
     pub lower: Matrix,
     pub diagonal: Matrix,
     pub upper: Matrix,
@@ -105,7 +105,7 @@ pub struct Row {
 
 /// The solution, one block per row, by Gaussian elimination with pivoting within the blocks (Golub and Van Loan, Matrix
 /// Computations, 2013, section 4.5.1); `None` if a block is singular. Overwrites the rows.
-pub fn solve(rows: &mut [Row]) -> Option<impl Iterator<Item = Stages>> {
+pub fn solve(rows: &mut [BlockRow]) -> Option<impl Iterator<Item = Stages>> {
     let last = rows.len().saturating_sub(1);
     for i in 0..rows.len() {
         let (before, rest) = rows.split_at_mut(i);

@@ -43,12 +43,12 @@ pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
 pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
     let (first, groups) = c.as_rchunks::<LANES>();
     // A polynomial of the fourth power of `t` in each lane: its value, derivative and half its second derivative.
-    let (mut values, mut slopes, mut bends) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let (mut values, mut slopes, mut curvatures) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let square = t * t;
     let fourth = square * square;
     for c in groups.iter().rev() {
         for lane in 0..LANES {
-            bends[lane] = bends[lane] * fourth + slopes[lane];
+            curvatures[lane] = curvatures[lane] * fourth + slopes[lane];
             slopes[lane] = slopes[lane] * fourth + values[lane];
             values[lane] = values[lane] * fourth + c[lane];
         }
@@ -59,16 +59,16 @@ pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
     let rise = 4.0 * square * t;
     let mut value = sum(&values);
     let mut derivative = slope(&values) + rise * sum(&slopes);
-    let mut bend = (values[2] + 3.0 * values[3] * t)
+    let mut curvature = (values[2] + 3.0 * values[3] * t)
         + rise * slope(&slopes)
         + 6.0 * square * sum(&slopes)
-        + rise * rise * sum(&bends);
+        + rise * rise * sum(&curvatures);
     for c in first.iter().rev() {
-        bend = bend * t + derivative;
+        curvature = curvature * t + derivative;
         derivative = derivative * t + value;
         value = value * t + c;
     }
-    [value, derivative, 2.0 * bend]
+    [value, derivative, 2.0 * curvature]
 }
 
 /// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
@@ -193,8 +193,8 @@ pub fn derivative_by_lanes(c: &[f64], t: f64) -> f64 {
 /// Value of a series of two or more coefficients at `t`, and the change of its first derivative since 0, by lanes.
 pub fn value_and_change_of_derivative(c: &[f64], t: f64) -> (f64, f64) {
     let terms: [fn(f64, f64) -> f64; 2] = [|c, _| c, |c, k| k * c];
-    let [bend, change] = sums_by_lanes(&c[2..], &NUMBERS[2..], t, terms);
-    (c[0] + (c[1] + bend * t) * t, change * t)
+    let [rest, change] = sums_by_lanes(&c[2..], &NUMBERS[2..], t, terms);
+    (c[0] + (c[1] + rest * t) * t, change * t)
 }
 
 pub fn integral_by_lanes(c: &[f64], t: f64) -> f64 {

@@ -22,7 +22,7 @@ pub use table::extra::MAX_LOG;
 pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Need, Range, Row, Shape, Type, Variability};
 pub use table::types::{Enumeration, QUANTITIES, Quantity};
 #[cfg(feature = "engine")]
-pub(crate) use text::Fault;
+pub(crate) use text::RefusalCause;
 pub use text::{Refusal, ensure, escaped};
 pub use variable::{Variable, enumerations, states, variables};
 

@@ -9,16 +9,17 @@ use crate::number::Number;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     text: String,
-    pub(crate) fault: Fault,
+    pub(crate) cause: RefusalCause,
 }
 
-/// What is at fault where something is refused.
+/// What causes a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fault {
+pub(crate) enum RefusalCause {
+    /// The call as a whole.
     Call,
-    /// Only a value is at fault: the run can go on, and FMI 3.0 returns fmi3Discard.
+    /// A value: the run can go on, and FMI 3.0 returns fmi3Discard.
     Value,
-    /// Only the states that a solver tries in model exchange are at fault: FMI 2.0 returns fmi2Discard as well, and the
+    /// The states that a solver tries in model exchange: FMI 2.0 returns fmi2Discard as well, and the
     /// solver takes a shorter step.
     #[cfg(feature = "engine")]
     State,
@@ -28,7 +29,7 @@ impl Refusal {
     /// A refusal with this text.
     #[cold]
     pub fn new(text: impl Display) -> Self {
-        Self { text: text.to_string(), fault: Fault::Call }
+        Self { text: text.to_string(), cause: RefusalCause::Call }
     }
 
     /// An argument whose `value` is not among those `allowed`.
@@ -50,18 +51,18 @@ impl Refusal {
 
     /// A value of a variable that is not among those `allowed`.
     pub fn value(variable: impl Display, value: impl Display, allowed: impl Display) -> Self {
-        Self { fault: Fault::Value, ..Self::argument(variable, value, allowed) }
+        Self { cause: RefusalCause::Value, ..Self::argument(variable, value, allowed) }
     }
 
     /// A value that does not exist, with this text.
     pub fn no_value(text: impl Display) -> Self {
-        Self { fault: Fault::Value, ..Self::new(text) }
+        Self { cause: RefusalCause::Value, ..Self::new(text) }
     }
 
     /// A value that does not exist in the states that a solver tries, with this text.
     #[cfg(feature = "engine")]
     pub(crate) fn of_state(text: impl Display) -> Self {
-        Self { fault: Fault::State, ..Self::new(text) }
+        Self { cause: RefusalCause::State, ..Self::new(text) }
     }
 
     /// No variable has this `key`, a name or a value reference, in a cradle of `balls` balls.

@@ -14,11 +14,12 @@ use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_de
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Relative noise of the derivatives of an overlap, which guide a search; that of the overlap itself is [`ROUNDINGS`].
-const NOISE_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
+/// Relative rounding of the derivatives of an overlap, which guide a search; that of the overlap itself is
+/// [`ROUNDINGS`].
+const ROUNDING_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
 /// A maximum of a force is higher than another one if it exceeds it by more than this part.
-const HIGHER: f64 = 1e-12;
+const RELATIVE_HEIGHT: f64 = 1e-12;
 
 /// Steps of Newton's method from an end of an interval to a maximum beside it.
 const TOP_STEPS: usize = 2;
@@ -104,13 +105,13 @@ impl Modes {
     fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
         // Early on, the sum of changes since the start, so that balls that hardly move do not get the rounding of the
         // others' motion; later, when most of the start has died out, the value itself.
-        let late = tau * self.fastest_rate > 1.0;
+        let start_has_decayed = tau * self.fastest_rate > 1.0;
         let mut sums = [0.0; COUNT];
-        (sums[0], sums[1]) = (self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        (sums[0], sums[1]) = (self.contacts[j].overlap, if start_has_decayed { 0.0 } else { self.contacts[j].rate });
         let mut magnitudes = sums.map(f64::abs);
         self.movers(j).for_each(|(mode, stretch)| {
             let (mut derivatives, change_of_rate) = mode.at(tau);
-            if !late {
+            if !start_has_decayed {
                 derivatives[1] = change_of_rate;
             }
             for (k, derivative) in derivatives.iter().take(COUNT).enumerate() {
@@ -118,10 +119,10 @@ impl Modes {
                 magnitudes[k] += (stretch * derivative).abs();
             }
         });
-        // 0 within rounding, so that no search follows noise.
+        // 0 within rounding, so that no search follows it.
         std::array::from_fn(|k| {
-            let noise = if k == 0 { ROUNDINGS } else { NOISE_OF_DERIVATIVES } * magnitudes[k];
-            if sums[k].abs() <= noise { 0.0 } else { sums[k] }
+            let rounding = if k == 0 { ROUNDINGS } else { ROUNDING_OF_DERIVATIVES } * magnitudes[k];
+            if sums[k].abs() <= rounding { 0.0 } else { sums[k] }
         })
     }
 
@@ -206,7 +207,7 @@ impl DenseOutput for Modes {
         // From where the force exceeds the best so far, by more than rounding, to where it falls again.
         let mut allowed = self.allowed(j);
         loop {
-            let above = self.watch(j, Some(law), 0, 1.0, best + HIGHER * best.abs());
+            let above = self.watch(j, Some(law), 0, 1.0, best + RELATIVE_HEIGHT * best.abs());
             let Forecast::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
             let falling = self.watch(j, Some(law), 1, -1.0, 0.0);
             let Forecast::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
@@ -220,7 +221,7 @@ impl DenseOutput for Modes {
             let overlap: [f64; 4] = self.overlap_at(j, peak.time);
             let [slope, curvature] = [1, 2].map(|k| force(&overlap, law, k).0);
             let step = -slope / curvature;
-            let near = curvature < 0.0 && slope * step <= HIGHER * peak.force;
+            let near = curvature < 0.0 && slope * step <= RELATIVE_HEIGHT * peak.force;
             if near {
                 peak.time = (peak.time + step).clamp(from, to);
             }
@@ -322,20 +323,20 @@ impl Watch<'_> {
 
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        let ([value, slope, curvature], noise) = match self.law {
+        let ([value, slope, curvature], rounding) = match self.law {
             None => (self.modes.overlap_at(self.contact, t), 0.0),
             Some(law) => {
                 let overlap: [f64; 5] = self.modes.overlap_at(self.contact, t);
-                let [(value, noise), (slope, _), (curvature, _)] =
+                let [(value, rounding), (slope, _), (curvature, _)] =
                     [0, 1, 2].map(|k| force(&overlap, law, self.order + k));
-                ([value, slope, curvature], noise)
+                ([value, slope, curvature], rounding)
             }
         };
         // The level fades no further than to this rounding.
-        let noise = if self.fading > 0.0 { noise } else { 0.0 };
+        let rounding = if self.fading > 0.0 { rounding } else { 0.0 };
         let level = self.level_at(t);
         let fall = level * self.fading;
-        let value = self.sign * (value - level) - noise;
+        let value = self.sign * (value - level) - rounding;
         [value, self.sign * (slope + fall), self.sign * (curvature - fall * self.fading)]
     }
 

@@ -19,18 +19,18 @@ const TOLERANCE: f64 = 1e-12;
 /// Segments by series after a switching before natural modes take over: where balls oscillate, and while a front has
 /// yet to pass a contact. With fewer, the next switching ends modes too soon; with more, long motions cost more
 /// (`benches/runs.rs`); too few of a front lose motions that grow from 0 (`tests/rust/stiff.rs`).
-const SERIES: u32 = 13;
+const SERIES_BEFORE_MODES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
 /// Number of segments of a linear window by series after a switching before natural modes take over, if they
 /// [apply](apply_to).
 pub(super) fn series_before_modes(window: &Window) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
-        true => SERIES,
+        true => SERIES_BEFORE_MODES,
         // Only series keep balls that the motion has not reached exactly at rest, and resolve motions that grow from 0.
         // Modes would also be slower: tenfold for rows of 40 to 60 balls at ten times the critical damping.
         false if window.holds_front() => SERIES_OF_FRONT,
-        false if window.rings() => SERIES,
+        false if window.rings() => SERIES_BEFORE_MODES,
         false => 0,
     })
 }

@@ -6,15 +6,17 @@ use std::ops::Range;
 use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
 use super::window::Window;
-use crate::engine::flight::{BallStages, Flight, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
+use crate::engine::flight::{
+    BallStages, Flight, LEAST_ROUNDINGS, PLACE_ITERATIONS, Response, free_acceleration, highest_terms, next_length,
+};
 use crate::model::Mode;
-use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
+use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
 
 /// Least length of the first step of implicit collocation over that by Taylor series, and over that by explicit Gauss
 /// collocation; and the part of this gain at which later steps still pay.
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
-const WORTH: f64 = 0.5;
+const LEAST_PART_OF_GAIN: f64 = 0.5;
 
 /// Newton iterations after which a step is given up, and the relative correction whose square is below rounding.
 const ITERATIONS: usize = 8;
@@ -33,7 +35,7 @@ const JUMP: f64 = 10.0;
 const RATES: f64 = 16.0;
 
 /// One step, from the state at the start of a segment.
-struct Step<'a> {
+struct RadauStep<'a> {
     window: &'a Window<'a>,
     /// The inverse of `h A`, 1/s.
     derivative: Matrix,
@@ -65,11 +67,11 @@ pub(super) fn follow(
         }
         length = gain * history.explicit_length;
     }
-    while length > 0.0 && length >= WORTH * gain * history.explicit_length {
-        let mut step = Step::new(problem.window, length);
-        let solved = step.solve().is_some();
+    while length > 0.0 && length >= LEAST_PART_OF_GAIN * gain * history.explicit_length {
+        let mut step = RadauStep::new(problem.window, length);
+        let solved = step.solve();
         *evaluations = evaluations.saturating_add(step.evaluations);
-        let error = if solved { step.describe(series, length, problem) } else { f64::INFINITY };
+        let error = solved.and_then(|()| step.describe(series, length, problem)).unwrap_or(f64::INFINITY);
         if error <= 1.0 {
             history.implicit_length = (length * next_length(error)).min(problem.control.longest);
             return true;
@@ -80,7 +82,7 @@ pub(super) fn follow(
     false
 }
 
-impl<'a> Step<'a> {
+impl<'a> RadauStep<'a> {
     fn new(window: &'a Window<'a>, length: f64) -> Self {
         let times = RADAU.nodes * length;
         let mut balls: Vec<BallStages> = Vec::with_capacity(window.balls.len());
@@ -135,16 +137,17 @@ impl<'a> Step<'a> {
     /// Displacement of the left ball of contact `j` less that of the right one, at the stages.
     fn relative(&self, j: usize) -> Stages {
         let window = self.window;
-        let [left, right] = [j, j + 1].map(|i| self.balls[i].bend + self.pressed(i));
+        let [left, right] = [j, j + 1].map(|i| self.balls[i].arc_correction + self.pressed(i));
         let ([l, r], o) = ([j, j + 1].map(|i| &window.flights[i]), &window.balls[j].oscillator);
         let rate = l.v - r.v;
         let bent = if *o == window.balls[j + 1].oscillator {
             // Gravity pulls on the difference of the positions.
             let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
             let apart = Flight { x: window.pair(j).apart([l.x, r.x], window.contacts[j].overlap), v: rate, forcing };
-            self.balls[j].response.displacement * (self.times.map(|t| pull(o, &apart, t)) + (left - right))
+            self.balls[j].response.displacement * (self.times.map(|t| free_acceleration(o, &apart, t)) + (left - right))
         } else {
-            let bent = |i: usize, by: Stages| self.balls[i].response.displacement * (self.balls[i].pull + by);
+            let bent =
+                |i: usize, by: Stages| self.balls[i].response.displacement * (self.balls[i].free_acceleration + by);
             bent(j, left) - bent(j + 1, right)
         };
         rate * self.times + bent
@@ -191,7 +194,7 @@ impl<'a> Step<'a> {
                 };
                 let diagonal = Matrix::identity() + part(j, 0, 0) + part(j, 1, 1);
                 let [lower, upper] = [-part(j.wrapping_sub(1), 1, 0), -part(j + 1, 0, 1)];
-                rows.push(Row { lower, diagonal, upper, known: self.closer(j) - self.changes[j] });
+                rows.push(BlockRow { lower, diagonal, upper, known: self.closer(j) - self.changes[j] });
             }
             let mut done = true;
             for (j, correction) in (first..end).zip(solve(&mut rows)?) {
@@ -259,8 +262,9 @@ impl<'a> Step<'a> {
         velocities.extend(relative.iter().map(|[share, behind]| share.component_mul(&of_first) - behind));
     }
 
-    /// Enters the solution in `series`; returns its error over the allowed one.
-    fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> f64 {
+    /// Enters the solution in `series`; returns its error over the allowed one, `None` if it leaves the range of
+    /// doubles or of a law.
+    fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> Option<f64> {
         let (window, tolerance) = (self.window, problem.control.tolerance);
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
@@ -268,7 +272,7 @@ impl<'a> Step<'a> {
         let rounding = problem.rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // Allow no less than the Taylor series before.
-        let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(problem.local_error);
+        let allowed = (OF_VELOCITIES * tolerance * speed).max(LEAST_ROUNDINGS * rounding).max(problem.local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
         for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
@@ -278,58 +282,79 @@ impl<'a> Step<'a> {
             let polynomial = RADAU.polynomial_from(flight.v, &velocities[i]);
             worst = worst.max(highest_terms(&polynomial) / allowed);
             if polynomial.iter().any(|c| !c.is_finite()) {
-                return f64::INFINITY;
+                return None;
             }
             integrate(&mut series.displacements[i * series.stride..], &polynomial, length);
         }
-        let of_rates = RATES * rounding;
-        for (j, contact) in window.contacts.iter().enumerate() {
+        for j in 0..window.contacts.len() {
             if window.presses(j) {
-                // Without the start: the overlap must follow the balance of forces, not the rounding of the velocities.
-                let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
-                let size = contact.overlap + self.changes[j].amax();
-                // The force must be as accurate, and its relative error is `exponent` times as large.
-                let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
-                let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
-                // The change of the overlap by the rounding of its rate.
-                let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
-                let allowed = (relative * size).max(change) / length;
-                let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
-                worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
-                integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
-                let overlaps = self.changes[j].add_scalar(contact.overlap);
-                let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
-                series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
+                worst = worst.max(self.describe_pressing(series, j, length, tolerance, rounding));
             } else {
-                let overlaps = self.closer(j).add_scalar(contact.overlap);
-                let rate = |s: usize| {
-                    let [left, right] =
-                        [j, j + 1].map(|i| (window.flights[i].x + self.balls[i].moved[s], velocities[i][s]));
-                    window.pair(j).overlap_rate([left, right])
-                };
-                let rates = Stages::from_fn(|s, _| rate(s));
-                let of_row = |overlap: f64, rate: f64| series.rate_of_row(j, overlap, rate);
-                let polynomial = RADAU.polynomial_from(
-                    of_row(contact.overlap, window.overlap_rate(j)),
-                    &overlaps.zip_map(&rates, of_row),
-                );
-                integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
-                if contact.mode == Mode::Clipped {
-                    let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);
-                    for s in 0..STAGES {
-                        let Some((force, _, by_rate)) = window.laws[j].continued(overlaps[s], rates[s]) else {
-                            return f64::INFINITY;
-                        };
-                        (forces[s], unknown) = (force, unknown.max(NOISE * by_rate.abs() * rounding));
-                    }
-                    // Needed for the time at which the force would push again.
-                    let polynomial = RADAU.polynomial(&forces);
-                    let allowed = (tolerance * forces.amax()).max(unknown);
-                    worst = worst.max(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 });
-                    series.set_forces(j, &[], &polynomial);
+                let (overlaps, rates) = self.describe_apart(series, j, length, &velocities);
+                if window.contacts[j].mode == Mode::Clipped {
+                    worst = worst.max(self.describe_clipped(series, j, [&overlaps, &rates], tolerance, rounding)?);
                 }
             }
         }
-        worst
+        Some(worst)
+    }
+
+    /// Enters overlap and force of the pressing contact `j`; returns the error of the overlap, or its jump at the
+    /// start, over the allowed one. The velocities are known to within `rounding` (m/s).
+    fn describe_pressing(&self, series: &mut Series, j: usize, length: f64, tolerance: f64, rounding: f64) -> f64 {
+        let (window, contact, of_rates) = (self.window, &self.window.contacts[j], RATES * rounding);
+        // Without the start: the overlap must follow the balance of forces, not the rounding of the velocities.
+        let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
+        let size = contact.overlap + self.changes[j].amax();
+        // The force must be as accurate, and its relative error is `exponent` times as large.
+        let relative = (OF_OVERLAPS * tolerance).max(2.0 * LEAST_ROUNDINGS * f64::EPSILON) / window.laws[j].exponent;
+        let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
+        // The change of the overlap by the rounding of its rate.
+        let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
+        let allowed = (relative * size).max(change) / length;
+        let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
+        integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
+        let overlaps = self.changes[j].add_scalar(contact.overlap);
+        let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
+        series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
+        (highest_terms(&polynomial) / allowed).max(jump)
+    }
+
+    /// Enters the overlap of contact `j`, which does not press, from the motion of its balls with these `velocities`
+    /// (m/s). Returns overlaps (m) and rates (m/s) at the stages.
+    fn describe_apart(&self, series: &mut Series, j: usize, length: f64, velocities: &[Stages]) -> (Stages, Stages) {
+        let (window, overlap) = (self.window, self.window.contacts[j].overlap);
+        let overlaps = self.closer(j).add_scalar(overlap);
+        let rate = |s: usize| {
+            let [left, right] = [j, j + 1].map(|i| (window.flights[i].x + self.balls[i].moved[s], velocities[i][s]));
+            window.pair(j).overlap_rate([left, right])
+        };
+        let rates = Stages::from_fn(|s, _| rate(s));
+        let of_row = |overlap: f64, rate: f64| series.rate_of_row(j, overlap, rate);
+        let start = of_row(overlap, window.overlap_rate(j));
+        let polynomial = RADAU.polynomial_from(start, &overlaps.zip_map(&rates, of_row));
+        integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
+        (overlaps, rates)
+    }
+
+    /// Enters the force that contact `j` would have if it were not clipped, for the time at which it would push again.
+    /// Returns its error over the allowed one.
+    fn describe_clipped(
+        &self,
+        series: &mut Series,
+        j: usize,
+        [overlaps, rates]: [&Stages; 2],
+        tolerance: f64,
+        rounding: f64,
+    ) -> Option<f64> {
+        let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);
+        for s in 0..STAGES {
+            let (force, _, by_rate) = self.window.laws[j].continued(overlaps[s], rates[s])?;
+            (forces[s], unknown) = (force, unknown.max(LEAST_ROUNDINGS * by_rate.abs() * rounding));
+        }
+        let polynomial = RADAU.polynomial(&forces);
+        let allowed = (tolerance * forces.amax()).max(unknown);
+        series.set_forces(j, &[], &polynomial);
+        Some(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 })
     }
 }

@@ -353,11 +353,11 @@ impl Cluster {
 }
 
 /// Fits positions to overlaps as [`Cluster::align`] does, for a row of balls on arcs. `along` has the components of the
-/// contacts' directions along the paths. A push gives each contact the overlap that it lacks, and moves balls as an
-/// impulse would.
+/// contacts' directions along the paths. Each contact gets the overlap that it lacks by a Lagrange
+/// multiplier, which moves its balls as an impulse would.
 ///
 /// With the missing overlaps e, the matrix of the parts `D = (l_1, -r_1; 0, l_2, -r_2; ...)`, and the masses M, the
-/// pushes p solve `D M^-1 D' p = e` and move the balls by `M^-1 D' p`.
+/// multipliers p solve `D M^-1 D' p = e` and move the balls by `M^-1 D' p`.
 fn align_along_arcs(
     flights: &mut [Flight],
     balls: &[Ball],
@@ -365,7 +365,8 @@ fn align_along_arcs(
     laws: &[ContactLaw],
     along: &[[f64; 2]],
 ) {
-    // A push increases the overlap of its contact by `share` and reduces that of the next one: Gaussian elimination.
+    // A multiplier increases the overlap of its contact by `share` and reduces that of the next one: Gaussian
+    // elimination.
     let moves = |j: usize| [0, 1].map(|k| along[j][k] / balls[j + k].model.mass);
     let beside = |j: usize| along[j][0] * moves(j - 1)[1];
     let mut rows: Vec<[f64; 2]> = Vec::with_capacity(contacts.len());
@@ -377,11 +378,11 @@ fn align_along_arcs(
             last.map_or([0.0; 2], |[share, lacks]| [beside(j), *lacks].map(|own| own * beside(j) / share));
         rows.push([left * l + right * r - less, lacks + more]);
     }
-    let mut push = 0.0;
+    let mut multiplier = 0.0;
     for (j, [share, lacks]) in rows.into_iter().enumerate().rev() {
-        let by_next = if j + 1 < along.len() { beside(j + 1) * push } else { 0.0 };
-        push = (lacks + by_next) / share;
+        let by_next = if j + 1 < along.len() { beside(j + 1) * multiplier } else { 0.0 };
+        multiplier = (lacks + by_next) / share;
         let [l, r] = moves(j);
-        (flights[j].x, flights[j + 1].x) = (flights[j].x + push * l, flights[j + 1].x - push * r);
+        (flights[j].x, flights[j + 1].x) = (flights[j].x + multiplier * l, flights[j + 1].x - multiplier * r);
     }
 }

@@ -6,7 +6,7 @@ use super::window::Window;
 use crate::engine::flight::Rounding;
 
 /// Longest segment, s; for a window in which nothing varies.
-const LONGEST: f64 = 1e6;
+const LONGEST_SEGMENT: f64 = 1e6;
 
 /// Local error of a segment over the tolerance of a whole run, so that thousands of pulses together stay within the
 /// tolerance; and the smallest local error, below which rounding dominates. A larger one makes runs less exact
@@ -52,7 +52,13 @@ impl Control {
     /// For this relative tolerance of a whole run of thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
         let epsilon = (LOCAL * tolerance).max(LEAST_EPSILON);
-        Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST, forbidden: None }
+        Self {
+            epsilon,
+            order: (1.0 - 0.5 * libm::log(epsilon)) as usize,
+            tolerance,
+            longest: LONGEST_SEGMENT,
+            forbidden: None,
+        }
     }
 
     /// Error that a step may make in velocities of this scale, m/s.
@@ -96,6 +102,6 @@ impl Default for StepHistory {
 
 impl StepHistory {
     pub fn is_sound(&self) -> bool {
-        [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
+        [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST_SEGMENT).contains(length))
     }
 }

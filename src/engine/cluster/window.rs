@@ -8,7 +8,7 @@ use crate::engine::{Forecast, Peak};
 use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, Pair};
 
 /// A contact that a wave has yet to reach has a load of less than this part of the largest.
-const NEGLIGIBLE: f64 = 1e-4;
+const NEGLIGIBLE_LOAD: f64 = 1e-4;
 
 /// In a chain, damping of a contact below this times `sqrt(k m)` lets the balls oscillate, or nearly so.
 const RINGING: f64 = 3.0;
@@ -84,7 +84,7 @@ impl Window<'_> {
         };
         let loads = self.contacts.iter().enumerate().filter_map(load);
         let largest = loads.clone().fold([0.0_f64; 2], |most, load| [most[0].max(load[0]), most[1].max(load[1])]);
-        loads.into_iter().any(|load| (0..2).all(|k| load[k] < NEGLIGIBLE * largest[k]))
+        loads.into_iter().any(|load| (0..2).all(|k| load[k] < NEGLIGIBLE_LOAD * largest[k]))
     }
 
     /// Whether the window moves by linear equations between switchings.

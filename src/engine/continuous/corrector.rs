@@ -28,7 +28,7 @@ fn integral(p: &Polynomial, power: usize) -> f64 {
     p.iter().enumerate().map(term).sum()
 }
 
-pub(super) struct Coefficients {
+pub(super) struct MethodCoefficients {
     /// The corrector polynomial L.
     pub corrector: Polynomial,
     /// Error of the step over the correction `e`.
@@ -63,14 +63,14 @@ fn scaled_roots(distances: &[f64]) -> Polynomial {
 }
 
 /// Adams-Moulton: L' vanishes at the points at which the rates are kept, L at the start of the step.
-pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
+pub(super) fn adams(order: usize, xi: &[f64]) -> MethodCoefficients {
     let kept = scaled_roots(&xi[..order - 1]);
     let area = integral(&kept, 0);
     let mut corrector = ONE;
     (1..=order).for_each(|j| corrector[j] = kept[j - 1] / (j as f64 * area));
     // The divided difference of the rates over these points and one more, and the integral of its factor.
     let spread = area * xi[..order].iter().product::<f64>();
-    Coefficients {
+    MethodCoefficients {
         corrector,
         // Shorter steps would make it too small where the rates jump, so it is at least that of equal steps.
         error: (integral(&kept, 1) / (area * xi[order - 1].min(order as f64))).abs(),
@@ -82,7 +82,7 @@ pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
 
 /// Backward differentiation: L vanishes at the points that are kept, the last of them moved so that L' at the end of
 /// the step is as for equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
-pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
+pub(super) fn bdf(order: usize, xi: &[f64]) -> MethodCoefficients {
     let q = order as f64;
     let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();
     let (points, last) = (&xi[..order - 1], 1.0 / xi[order - 1]);
@@ -102,7 +102,7 @@ pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
         let (a5, a6) = (-leading - 1.0 / (q + 1.0), -of_points - last - 1.0 / xi[order]);
         (1.0 - a6 + a5) / a2 * xi[order] / ((q + 2.0) * a5)
     };
-    Coefficients {
+    MethodCoefficients {
         corrector,
         error: (a1 / (leading * a2)).abs(),
         lower: lower.abs(),

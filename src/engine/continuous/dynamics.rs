@@ -9,11 +9,11 @@ use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::{DoubleDouble, crossing, series};
 
 /// Velocities down to this part of the largest are computed to the tolerance, or resting balls would creep apart.
-const SLOW: f64 = 1e-4;
+const VELOCITY_SCALE: f64 = 1e-4;
 /// Positions, overlaps (m) and velocities (m/s) stay below this, or energies overflow.
 const LARGEST: f64 = 1e150;
 /// Overlaps above this many overlaps of an impact are computed to the tolerance; below, the velocities decide.
-const DEEP: f64 = 100.0;
+const OVERLAP_SCALE: f64 = 100.0;
 
 /// The right-hand side for a cradle of n balls. The state is
 ///
@@ -47,8 +47,8 @@ pub(super) fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<
 impl Dynamics {
     /// The dynamics from the state `y` at `since` (s) on. The error allowed is `tolerance` times the larger of a
     /// component and its scale: for positions the distance at the [speed in reach](Cradle::speed_in_reach) within one
-    /// unit of time of a pendulum, for velocities [`SLOW`] times that speed, for overlaps [`DEEP`] times the overlap of
-    /// an impact at that speed.
+    /// unit of time of a pendulum, for velocities [`VELOCITY_SCALE`] times that speed, for overlaps [`OVERLAP_SCALE`]
+    /// times the overlap of an impact at that speed.
     pub fn new(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Self {
         let (forcings, since) = (forcings(&cradle, inputs, since), since.into());
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
@@ -64,7 +64,7 @@ impl Dynamics {
                 dynamics.cradle.balls.iter().map(|ball| fastest * ball.unit_of_time()).fold(f64::INFINITY, f64::min);
             let contacts = dynamics.cradle.contacts.iter().enumerate();
             let overlaps = contacts.map(|(j, law)| law.largest_overlap(dynamics.cradle.reduced_mass(j), fastest));
-            let scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)];
+            let scales = [way, VELOCITY_SCALE * fastest, OVERLAP_SCALE * overlaps.fold(way, f64::min)];
             dynamics.scales = scales.map(|scale| scale.clamp(least, most));
         }
         dynamics

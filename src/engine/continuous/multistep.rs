@@ -12,8 +12,8 @@
 
 use std::cmp::Ordering;
 
-use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
-use super::trajectory::{LONGEST, Trajectory, max_degree, resolved};
+use super::corrector::{MAX_ORDER, MethodCoefficients, adams, bdf, distances, roots};
+use super::trajectory::{LONGEST_STEP, Trajectory, max_degree, resolved};
 use crate::engine::EngineError;
 use crate::model::SolverMethod;
 
@@ -81,7 +81,7 @@ impl Trajectory {
     }
 
     /// Finds `e` for the trial step. Returns its error over the allowed one; `None` if the iteration does not converge.
-    fn correct(&mut self, c: &Coefficients) -> Option<f64> {
+    fn correct(&mut self, c: &MethodCoefficients) -> Option<f64> {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
         self.state.copy_from_slice(self.trial.last());
@@ -119,7 +119,7 @@ impl Trajectory {
     }
 
     /// Computes the components that the rates do not depend on, from the rates at the end of the step.
-    fn correct_sums(&mut self, c: &Coefficients) {
+    fn correct_sums(&mut self, c: &MethodCoefficients) {
         self.evaluate(self.trial.end);
         for i in self.dynamics.impulse(0)..self.rates.len() {
             self.correction[i] = (self.trial.step * self.rates[i] - self.trial.column(1)[i]) / c.corrector[1];
@@ -147,7 +147,7 @@ impl Trajectory {
     }
 
     /// Accepts the trial step, and chooses order and length of the next one.
-    fn accept(&mut self, c: &Coefficients, error: f64) {
+    fn accept(&mut self, c: &MethodCoefficients, error: f64) {
         std::mem::swap(&mut self.path, &mut self.trial);
         self.steps.rotate_right(1);
         self.steps[0] = self.path.step;
@@ -183,7 +183,7 @@ impl Trajectory {
             (best, next) = (1.0, order);
         }
         self.order = next;
-        self.step = (self.path.step * best.min(self.growth)).min(LONGEST);
+        self.step = (self.path.step * best.min(self.growth)).min(LONGEST_STEP);
         self.growth = GROWTH;
     }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{ContactEvent, Event, Trajectory};
 use crate::engine::run::{InvalidState, require};
-use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, Peak, Watchdog};
+use crate::engine::{Activity, EngineError, Forecast, HeldInputs, Ledger, Observer, Peak, Watchdog};
 use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -168,7 +168,7 @@ impl Continuous {
     fn enter_forces(&mut self) {
         for i in 0..self.ledgers.len() {
             let force = self.force(i);
-            self.ledgers[i].reach_in_step(force);
+            self.ledgers[i].raise_peak_of_step(force);
         }
         self.entered = self.time;
     }
@@ -198,11 +198,11 @@ impl Continuous {
             }
             let Trajectory { path, closed, .. } = &self.trajectory;
             for (i, ledger) in self.ledgers.iter_mut().enumerate().filter(|(i, _)| closed[*i]) {
-                reach(ledger, self.trajectory.force(i, 0.0), path.end, path.start());
+                raise_peak(ledger, self.trajectory.force(i, 0.0), path.end, path.start());
             }
             self.trajectory.advance()?;
             let reached = self.trajectory.path.start();
-            watchdog.check(reached, (1, || Busy::Solver), self.effort(), observer)?;
+            watchdog.check(reached, (1, || Activity::Solver), self.effort(), observer)?;
         }
         self.time = time;
         if self.effort() > before { self.check_finite() } else { Ok(()) }
@@ -233,11 +233,11 @@ impl Continuous {
         match kind {
             ContactEvent::Onset => {
                 ledger.open_pulse(time, self.step);
-                reach(ledger, force, time, time);
+                raise_peak(ledger, force, time, time);
                 ledger.impulse = impulse.into();
                 observer.onset(i, ledger.record.onset);
             }
-            ContactEvent::Peak => reach(ledger, force, time, path.start()),
+            ContactEvent::Peak => raise_peak(ledger, force, time, path.start()),
             ContactEvent::Release => {
                 ledger.add(impulse - ledger.impulse.value());
                 observer.pulse(ledger.close_pulse(i, time));
@@ -251,7 +251,7 @@ impl Continuous {
 }
 
 /// Enters a `force` at a `time` of a solver's step that began at `begun`, for the pulse and for the step of the host.
-fn reach(ledger: &mut Ledger, force: f64, time: DoubleDouble, begun: DoubleDouble) {
-    ledger.reach(Peak { force, time: time.value_up() }, begun);
-    ledger.reach_in_step(force);
+fn raise_peak(ledger: &mut Ledger, force: f64, time: DoubleDouble, begun: DoubleDouble) {
+    ledger.raise_peak(Peak { force, time: time.value_up() }, begun);
+    ledger.raise_peak_of_step(force);
 }

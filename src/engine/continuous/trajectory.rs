@@ -11,7 +11,8 @@ use crate::engine::{EngineError, flight::Forcing};
 use crate::model::{Cradle, SolverMethod, WorkCounters};
 use crate::solver::{DoubleDouble, crossing, root};
 
-pub(super) const LONGEST: f64 = 1e3;
+/// Longest step of the general-purpose solvers, s.
+pub(super) const LONGEST_STEP: f64 = 1e3;
 /// Largest ratio of the second step to the first one, which is a guess.
 const FIRST_GROWTH: f64 = 1e4;
 
@@ -126,7 +127,7 @@ impl Trajectory {
         let pace = trajectory.dynamics.size(&trajectory.state, &trajectory.rates);
         trajectory.step = match method {
             SolverMethod::Rk4 => fixed_step,
-            _ if pace > 0.0 => (1.0 / pace).min(LONGEST),
+            _ if pace > 0.0 => (1.0 / pace).min(LONGEST_STEP),
             _ => 1.0,
         };
         (trajectory.path.step, trajectory.path.degree) = (trajectory.step, 1);

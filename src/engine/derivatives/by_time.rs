@@ -120,11 +120,11 @@ fn support_series(cradle: &Cradle, state: &ChainState, series: &Series) -> [f64;
     }
     let mut at_once = [0.0; 2];
     for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
-        let (mut x, push) = (series.displacement(i).to_vec(), of_derivatives(*forcing));
+        let (mut x, forcing) = (series.displacement(i).to_vec(), of_derivatives(*forcing));
         let v = series.rate(&x);
         x[0] = *start;
-        let without_contacts = |k: usize| ball.mass * (push[k] - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k]);
-        let accelerations: Vec<f64> = (0..push.len()).map(without_contacts).collect();
+        let without_contacts = |k: usize| ball.mass * (forcing[k] - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k]);
+        let accelerations: Vec<f64> = (0..forcing.len()).map(without_contacts).collect();
         add(ball.omega2, ball.gamma, &accelerations);
         at_once[0] += ball.mass * (ball.omega2 * x[0] + 2.0 * ball.gamma * v[0]);
         at_once[1] += ball.mass * ball.omega2 * v[0];
@@ -140,7 +140,7 @@ fn support_along_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [
     for (i, (ball, Flight { forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let ([sin, cos], u) = (series.directions(i), series.rate(series.displacement(i)));
         let forcing: Vec<f64> = (0..forcing.len()).map(|k| forcing[k] * INVERSE_FACTORIAL[k]).collect();
-        let mut pulls: Vec<f64> = (0..=MAX_OUTPUT_DERIVATIVE)
+        let mut tensions: Vec<f64> = (0..=MAX_OUTPUT_DERIVATIVE)
             .map(|k| {
                 let round = product_term(&u, &u, k) / ball.length + ball.gravity * cos[k];
                 ball.mass * (round + product_term(&forcing, sin, k))
@@ -149,15 +149,15 @@ fn support_along_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [
         for (j, sign) in [(i.wrapping_sub(1), 1.0), (i, -1.0)] {
             if state.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing) {
                 let outward = series.outward(j, i);
-                let push =
-                    |(k, pull): (usize, &mut f64)| *pull += sign * product_term(series.force_row(j), &outward, k);
-                pulls.iter_mut().enumerate().for_each(push);
+                let add_outward =
+                    |(k, tension): (usize, &mut f64)| *tension += sign * product_term(series.force_row(j), &outward, k);
+                tensions.iter_mut().enumerate().for_each(add_outward);
             }
         }
         let drag: Vec<f64> = u.iter().map(|u| 2.0 * ball.gamma * ball.mass * u).collect();
         (0..=MAX_OUTPUT_DERIVATIVE).for_each(|k| {
-            support[0][k] += product_term(&pulls, sin, k) + product_term(&drag, cos, k);
-            support[1][k] += product_term(&drag, sin, k) - product_term(&pulls, cos, k);
+            support[0][k] += product_term(&tensions, sin, k) + product_term(&drag, cos, k);
+            support[1][k] += product_term(&drag, sin, k) - product_term(&tensions, cos, k);
         });
     }
     support

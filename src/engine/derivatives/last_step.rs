@@ -58,7 +58,7 @@ impl Engine {
 }
 
 /// Where a run that is recorded begins: when (s), and in which state.
-type Start<'a> = (f64, &'a ChainState);
+type StartState<'a> = (f64, &'a ChainState);
 
 impl<'a> LastStep<'a> {
     /// The last step of this run, with its current parameters.
@@ -106,7 +106,7 @@ impl<'a> LastStep<'a> {
     /// `stretches`: over the run from this start, or over a step without changes of parameters.
     pub(crate) fn along(
         &self,
-        start: Start,
+        start: StartState,
         stretches: &[Stretch],
         direction: Direction,
     ) -> Result<Differential, Unfollowed> {
@@ -123,7 +123,7 @@ impl<'a> LastStep<'a> {
     }
 
     /// The run from this start in parts; an error if it cannot be followed.
-    pub(crate) fn tape(&self, start: Start, stretches: &[Stretch]) -> Result<Tape, Unfollowed> {
+    pub(crate) fn tape(&self, start: StartState, stretches: &[Stretch]) -> Result<Tape, Unfollowed> {
         let mut run = self.record(start, stretches, Sink::default())?;
         let tape = run.recorder.take().and_then(|recorder| recorder.tape(self.at_end(stretches)));
         tape.ok_or(Unfollowed::NoHistory)
@@ -141,7 +141,7 @@ impl<'a> LastStep<'a> {
     }
 
     /// Repeats the run from this start; the result stands at its end, interrupted.
-    fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Result<Engine, Unfollowed> {
+    fn record(&self, (mut since, start): StartState, stretches: &[Stretch], sink: Sink) -> Result<Engine, Unfollowed> {
         let another = |_: EngineError| Unfollowed::Another;
         let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
         for stretch in stretches {

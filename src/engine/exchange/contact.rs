@@ -66,13 +66,13 @@ impl ContactRecord {
     /// Enters the end of a step within a pulse, with the largest force on the way.
     pub fn pass(&mut self, now: Reached) {
         let before = self.last.unwrap_or(now);
-        self.ledger.reach(now.peak_since(&before), before.time.into());
+        self.ledger.raise_peak(now.peak_since(&before), before.time.into());
         self.last = Some(now);
     }
 
     /// Enters the state after an event, where the force may have jumped.
     pub fn go_on(&mut self, now: Reached) {
-        self.ledger.reach(now.peak(), now.time.into());
+        self.ledger.raise_peak(now.peak(), now.time.into());
         (self.last, self.peak) = (Some(now), self.ledger.pulse_peak.force);
     }
 

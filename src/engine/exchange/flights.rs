@@ -8,7 +8,7 @@ use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
 /// Farthest look back for an onset, in radians of the swing or decay times, or without gravity and drag in s. Far
 /// beyond any step.
-const FARTHEST: f64 = 1.5;
+const LONGEST_LOOK_BACK: f64 = 1.5;
 
 /// Largest effort of one look ahead, in units of about a tenth of a microsecond; the next event continues.
 const LOOK_AHEAD: u64 = 40_000;
@@ -17,7 +17,7 @@ const LOOK_AHEAD: u64 = 40_000;
 const SAME_TIME: f64 = 1e-13;
 
 /// An approach by less than this part of the nominal speed is rounding.
-const RESOLVED: f64 = 1e-15;
+const RESOLVED_SPEED: f64 = 1e-15;
 
 impl Exchange {
     /// Largest difference between equal times, s.
@@ -61,13 +61,13 @@ impl Exchange {
         if self.is_followed(j) {
             return None;
         }
-        if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
+        if rate.is_nan() || rate <= RESOLVED_SPEED * self.scales.speed {
             // Balls that touch within rounding may be about to press each other slowly. If the event announced for that
             // did not close the contact, it would be announced again and again.
             let announced =
                 matches!(self.next, Forecast::At(time) if time <= self.time) && self.next_contact == Some(j);
-            let still = rate.abs() <= RESOLVED * self.scales.speed;
-            let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).noise;
+            let still = rate.abs() <= RESOLVED_SPEED * self.scales.speed;
+            let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).rounding;
             return due.then_some(0.0);
         }
         if overlap > 0.0 {
@@ -100,7 +100,7 @@ impl Exchange {
         };
         let pace = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
         let pace = self.cradle.balls.iter().map(pace).fold(0.0, f64::max);
-        let farthest = if pace > 0.0 { FARTHEST / pace } else { FARTHEST };
+        let farthest = if pace > 0.0 { LONGEST_LOOK_BACK / pace } else { LONGEST_LOOK_BACK };
         let [overlap, rate, _] = at(from);
         let mut way = -overlap / rate;
         if way == 0.0 {

@@ -76,19 +76,19 @@ impl Approach {
 
     /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
     pub fn at(&self, tau: f64) -> [f64; 3] {
-        let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
-        overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
+        let [g, slope, curvature] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
+        overlap_of_approach([g, slope / self.unit, curvature / (self.unit * self.unit)], self.touch)
     }
 
-    /// Time after the start at which the overlap rises through 0, by more than `noise` (m), while the series holds. A
-    /// rate (m/s) and an acceleration (m/s2) of these sizes count as none.
-    pub fn onset(&self, noise: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
+    /// Time after the start at which the overlap rises through 0, by more than `rounding` (m), while the series holds.
+    /// A rate (m/s) and an acceleration (m/s2) of these sizes count as none.
+    pub fn onset(&self, rounding: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
         let (mut g, unit, until) = (self.g, self.unit, self.length / self.unit);
         let g = &mut g[..self.terms];
         g[1] -= rate * unit;
         g[2] -= 0.5 * acceleration * unit * unit;
         let onset = first_positive(g, 1.0, 0.0, until)? * unit;
-        if value(g, until) <= noise && first_positive(g, 1.0, noise, until).is_none() {
+        if value(g, until) <= rounding && first_positive(g, 1.0, rounding, until).is_none() {
             return None;
         }
         let [overlap, rate, _] = self.at(onset);

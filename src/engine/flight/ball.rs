@@ -54,29 +54,29 @@ impl Ball {
         self.flight.is_finite() && self.integrals.is_finite()
     }
 
-    /// Applies `say` to the part of its flight on an arc that holds at the time `t`, and the time since the start of
-    /// that part (s).
+    /// Applies `evaluate` to the part of its flight on an arc that holds at the time `t`, and the time since the start
+    /// of that part (s).
     // Inlined, it would push other code out of the processor's cache: 14 % of the misses of separate impacts.
     #[inline(never)]
-    fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> T {
-        self.go_on(t, u64::MAX, |piece, _| say(piece, (t - piece.start).value()))
+    fn piece<T>(&self, t: DoubleDouble, evaluate: impl FnOnce(&Piece, f64) -> T) -> T {
+        self.go_on(t, u64::MAX, |piece, _| evaluate(piece, (t - piece.start).value()))
     }
 
     /// Like [`Self::piece`]; `None` on a line.
     #[inline(always)]
-    fn along_arc<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> Option<T> {
-        self.model.on_arc.then(|| self.piece(t, say))
+    fn along_arc<T>(&self, t: DoubleDouble, evaluate: impl FnOnce(&Piece, f64) -> T) -> Option<T> {
+        self.model.on_arc.then(|| self.piece(t, evaluate))
     }
 
-    /// Goes on by at most so many series to the part of its flight for the time `t`. Applies `say` to the part reached,
-    /// and to whether that is the one for `t`.
+    /// Goes on by at most so many series to the part of its flight for the time `t`. Applies `evaluate` to the part
+    /// reached, and to whether that is the one for `t`.
     #[inline(always)]
-    fn go_on<T>(&self, t: DoubleDouble, most: u64, say: impl FnOnce(&Piece, bool) -> T) -> T {
+    fn go_on<T>(&self, t: DoubleDouble, most: u64, evaluate: impl FnOnce(&Piece, bool) -> T) -> T {
         let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.starts_long));
         let place = if leads_to(&known[0], origin, t) { 0 } else { make_room(&mut known, origin, t) };
         let piece = known[place].get_or_insert_with(|| Box::new(Piece::first(&self.model, origin)));
         let is_there = piece.holds_at(t) || piece.go_on(&self.model, t, most);
-        say(piece, is_there)
+        evaluate(piece, is_there)
     }
 
     /// Keeps the part reached so far, for results at the start of a step that goes on from there.
@@ -85,12 +85,12 @@ impl Ball {
         earlier.clone_from(farthest);
     }
 
-    /// Applies `say` to the series of its flight on an arc about the time `t`.
-    pub fn path<T>(&self, t: DoubleDouble, say: impl FnOnce(&Path) -> T) -> T {
+    /// Applies `evaluate` to the series of its flight on an arc about the time `t`.
+    pub fn path<T>(&self, t: DoubleDouble, evaluate: impl FnOnce(&Path) -> T) -> T {
         if t == self.anchor {
-            return self.piece(t, |piece, _| say(&piece.path));
+            return self.piece(t, |piece, _| evaluate(&piece.path));
         }
-        say(&Path::new(&self.model, &self.flight_at(t), self.starts_long))
+        evaluate(&Path::new(&self.model, &self.flight_at(t), self.starts_long))
     }
 
     /// The fault that has ended its flight on an arc by the time `t`, and when. `Err` with the time reached if `t` is
@@ -128,7 +128,7 @@ impl Ball {
     }
 
     /// A bound (m) of its distance from the chord of its motion within `tau` (s) after the anchor, without contacts.
-    pub fn bend(&self, tau: f64) -> f64 {
+    pub fn chord_deviation(&self, tau: f64) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         let varying = flight.forcing[1..].iter().rev().fold(0.0, |sum, forcing| (sum + forcing.abs()) * tau);
         let at_rest = (flight.forcing[0] - o.omega2() * flight.x).abs() + varying;
@@ -235,8 +235,9 @@ impl Ball {
         if t == self.anchor {
             return 0.0;
         }
-        let say = |piece: &Piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau));
-        if let Some((flight, displacement, sums)) = self.along_arc(t, say) {
+        let evaluate =
+            |piece: &Piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau));
+        if let Some((flight, displacement, sums)) = self.along_arc(t, evaluate) {
             self.integrals.add(&sums);
             (self.flight, self.anchor, self.starts_long) = (flight, t, false);
             return displacement;

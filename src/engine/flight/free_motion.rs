@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Steady, all_finite, hypotenuse};
 
 /// Longest step on an arc, s: the step of a ball that does not move.
-pub(super) const LONGEST: f64 = 1e6;
+pub(super) const LONGEST_FLIGHT_STEP: f64 = 1e6;
 
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
 pub(crate) type Forcing = [f64; MAX_FORCE_ORDER + 1];

@@ -3,7 +3,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::free_motion::{Flight, LONGEST, forcing_at};
+use super::free_motion::{Flight, LONGEST_FLIGHT_STEP, forcing_at};
 use crate::model::BallModel;
 use crate::solver::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
@@ -25,7 +25,7 @@ const SETTLED: f64 = 1e-12;
 const ALLOWED: f64 = 2e-14;
 
 /// Smallest error allowed, in roundings: differences of the ninth order magnify rounding.
-pub(crate) const NOISE: f64 = 100.0;
+pub(crate) const LEAST_ROUNDINGS: f64 = 100.0;
 
 /// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
 /// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
@@ -56,7 +56,7 @@ pub(crate) fn highest_terms(c: &[f64]) -> f64 {
 }
 
 /// Acceleration at the time `t` (s) of a ball that keeps its velocity, without contact forces, m/s2.
-pub(crate) fn pull(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
+pub(crate) fn free_acceleration(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
     forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
 }
 
@@ -80,34 +80,35 @@ impl Response {
 /// A ball at the stages of a step.
 pub(crate) struct BallStages {
     pub response: Response,
-    /// Its acceleration [without contact forces](pull), and what its arc adds, m/s2.
-    pub pull: Stages,
-    pub bend: Stages,
+    /// Its acceleration [without contact forces](free_acceleration), and what its arc adds, m/s2.
+    pub free_acceleration: Stages,
+    pub arc_correction: Stages,
     /// Its displacement along an arc since the start, m.
     pub moved: Stages,
 }
 
 impl BallStages {
     pub fn new(response: Response, o: &Oscillator, flight: &Flight, times: &Stages) -> Self {
-        let pull = times.map(|t| pull(o, flight, t));
-        Self { response, pull, bend: Stages::zeros(), moved: Stages::zeros() }
+        let free_acceleration = times.map(|t| free_acceleration(o, flight, t));
+        Self { response, free_acceleration, arc_correction: Stages::zeros(), moved: Stages::zeros() }
     }
 
     /// Improves its motion along its arc by one iteration, with the accelerations `pressed` of contact forces (m/s2).
     /// Returns whether its places are known to rounding; `None` if it swings beyond 90 degrees.
     pub fn move_by(&mut self, model: &BallModel, flight: &Flight, times: &Stages, pressed: &Stages) -> Option<bool> {
-        let moved = flight.v * times + self.response.displacement * (self.pull + self.bend + pressed);
+        let moved =
+            flight.v * times + self.response.displacement * (self.free_acceleration + self.arc_correction + pressed);
         let change = (moved - self.moved).amax();
         self.moved = moved;
         let places = moved.add_scalar(flight.x);
-        let bend = |place: f64, t: f64| model.bend(place, forcing_at(&flight.forcing, t));
-        self.bend = places.zip_map(times, bend);
+        let correction = |place: f64, t: f64| model.arc_correction(place, forcing_at(&flight.forcing, t));
+        self.arc_correction = places.zip_map(times, correction);
         (places.amax() < FRAC_PI_2 * model.length).then_some(change <= SAME_PLACE * model.length)
     }
 
     /// Its velocities with the accelerations `pressed` of contact forces (m/s2), m/s.
     pub fn velocities(&self, flight: &Flight, pressed: &Stages) -> Stages {
-        (self.response.velocity * (self.pull + self.bend + pressed)).add_scalar(flight.v)
+        (self.response.velocity * (self.free_acceleration + self.arc_correction + pressed)).add_scalar(flight.v)
     }
 }
 
@@ -117,16 +118,16 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
     let BallModel { omega2, gamma, gravity, .. } = *ball;
     // How strongly the forces along the path may change with the place, 1/s2.
     let stiffness = omega2 + flight.forcing[0].abs() / ball.length;
-    let mut length = (OF_DECAY * 2.0 * gamma / stiffness).min(LONGEST);
+    let mut length = (OF_DECAY * 2.0 * gamma / stiffness).min(LONGEST_FLIGHT_STEP);
     // Only if it is drag that keeps the series short: then they cover at least one of its decay times.
     let pays = |length: f64| length >= GAIN * by_series && 2.0 * gamma * by_series >= 1.0;
     if !pays(length) {
         return None;
     }
     let (sin, cos) = libm::sincos(flight.x / ball.length);
-    let (weight, push) = (gravity * sin, flight.forcing[0] * cos);
-    let acceleration = push - weight - 2.0 * gamma * flight.v;
-    let (forces, slow) = (push.abs() + weight.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
+    let (restoring, forcing) = (gravity * sin, flight.forcing[0] * cos);
+    let acceleration = forcing - restoring - 2.0 * gamma * flight.v;
+    let (forces, slow) = (forcing.abs() + restoring.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
     let settled = acceleration.abs() <= SETTLED * forces + slow / gamma;
     // Rounding of the velocity at which drag balances gravity and inputs, m/s.
     let rounding = f64::EPSILON * forces / (2.0 * gamma);
@@ -135,7 +136,7 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
         let error = match velocities(ball, &oscillator, flight, length) {
             Some(velocities) => {
                 let polynomial = RADAU.polynomial_from(flight.v, &velocities);
-                let allowed = (ALLOWED * velocities.amax()).max(NOISE * rounding);
+                let allowed = (ALLOWED * velocities.amax()).max(LEAST_ROUNDINGS * rounding);
                 let error = highest_terms(&polynomial) / allowed;
                 if error <= 1.0 {
                     return Some((length, polynomial));

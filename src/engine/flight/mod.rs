@@ -12,7 +12,9 @@ mod separation;
 
 pub(crate) use ball::{Ball, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};
-pub(crate) use implicit::{BallStages, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
+pub(crate) use implicit::{
+    BallStages, LEAST_ROUNDINGS, PLACE_ITERATIONS, Response, free_acceleration, highest_terms, next_length,
+};
 pub use path::Fault;
 pub(crate) use path::integrals_of_inputs;
 pub(crate) use separation::{EVALUATIONS, ROUNDINGS, Separation, forecast, reach};

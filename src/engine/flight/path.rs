@@ -3,7 +3,9 @@
 //! A [`Path`] holds as long as its last terms are below rounding, or, under strong drag, for a step of implicit
 //! collocation; a ball that flies on takes the next one ([`Piece`]).
 
-use super::free_motion::{Flight, Forcing, LONGEST, RunningIntegrals, degree, forcing_at, integral_of, shifted};
+use super::free_motion::{
+    Flight, Forcing, LONGEST_FLIGHT_STEP, RunningIntegrals, degree, forcing_at, integral_of, shifted,
+};
 use super::implicit;
 use crate::model::BallModel;
 use crate::solver::radau::STAGES;
@@ -17,7 +19,7 @@ pub(super) const FEW: usize = 9;
 pub(super) type Terms = [f64; TERMS];
 
 /// Size of the last terms over the largest, for the length of a step.
-const NEGLIGIBLE: f64 = 1e-18;
+const NEGLIGIBLE_TERMS: f64 = 1e-18;
 
 /// Why a ball cannot go on along its arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,12 +77,12 @@ impl Path {
         let scale = (1..MAX_FORCE_ORDER + 3).map(size).fold(0.0, f64::max);
         let last = size(terms - 2).max(size(terms - 1));
         let length = if last > 0.0 {
-            let small = NEGLIGIBLE * scale / last;
+            let small = NEGLIGIBLE_TERMS * scale / last;
             unit * libm::pow(small, if small > 1.0 { INVERSES[terms - 1] } else { INVERSES[terms - 2] })
         } else {
-            LONGEST
+            LONGEST_FLIGHT_STEP
         };
-        path.hold([length.min(LONGEST); 2]);
+        path.set_lengths([length.min(LONGEST_FLIGHT_STEP); 2]);
         if long && let Some(step) = implicit::step(ball, flight, path.length) {
             return Self::implicit(ball, flight, step, path.length);
         }
@@ -92,7 +94,7 @@ impl Path {
     fn implicit(ball: &BallModel, flight: &Flight, (length, velocity): Velocity, before: f64) -> Self {
         let mut path = Self::begin(TERMS, length, flight);
         path.expand(ball, |k, _, _, _| velocity.get(k + 1).map_or(0.0, |c| c * length / (k + 2) as f64));
-        path.hold([before, length]);
+        path.set_lengths([before, length]);
         path
     }
 
@@ -125,7 +127,7 @@ impl Path {
         }
     }
 
-    fn hold(&mut self, [before, length]: [f64; 2]) {
+    fn set_lengths(&mut self, [before, length]: [f64; 2]) {
         (self.before, self.length, self.reach) = (before, length, bound(&self.s, length / self.unit));
     }
 
@@ -133,8 +135,9 @@ impl Path {
     #[inline(always)]
     fn moved(&self, tau: f64) -> (f64, f64) {
         let time = tau / self.unit;
-        let [bend, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
-        (self.v * tau + time * time * bend, self.v + time * (2.0 * bend + time * change) / self.unit)
+        // Of the displacement, less that at constant velocity, over the square of the time.
+        let [quotient, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
+        (self.v * tau + time * time * quotient, self.v + time * (2.0 * quotient + time * change) / self.unit)
     }
 
     /// What first ends the flight while the series hold, and when, s.
@@ -150,11 +153,11 @@ impl Path {
                 Some(s) => (k + 1) as f64 * s / self.unit,
                 None => 0.0,
             });
-            let pull = |k: usize| {
+            let tension_over_mass = |k: usize| {
                 let pushed: f64 = (0..forcing.len().min(k + 1)).map(|i| forcing[i] * self.sin[k - i]).sum();
                 product_term(&rate, &rate, k) / ball.length + ball.gravity * self.cos[k] + pushed
             };
-            first(&std::array::from_fn(pull))
+            first(&std::array::from_fn(tension_over_mass))
         };
         let faults = [(horizontal, Fault::Horizontal), (slack, Fault::Slack)].into_iter();
         let timed = faults.filter_map(|(time, fault)| Some((time? * self.unit, fault)));

@@ -18,11 +18,11 @@ pub(crate) struct Separation {
     pub anchor: DoubleDouble,
     overlap: f64,
     /// Motion of the left ball; for equal pendulums the difference of both motions, which obeys the same equation.
-    motion: Motion,
+    motion: FreeMotion,
     /// Motion of the right ball if its pendulum is another one.
-    other: Option<Motion>,
+    other: Option<FreeMotion>,
     /// Rounding of the positions over a swing, m: an overlap up to this is no onset.
-    pub noise: f64,
+    pub rounding: f64,
     /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap that comes from these is no
     /// onset.
     resolution: [f64; 2],
@@ -30,8 +30,8 @@ pub(crate) struct Separation {
     approach: Option<Box<Approach>>,
 }
 
-/// A motion with its pendulum.
-type Motion = (Oscillator, Flight);
+/// A motion without contact: its oscillator, and its state and forcing at the anchor.
+type FreeMotion = (Oscillator, Flight);
 
 /// Most evaluations of one forecast, far more than usual; the next forecast continues.
 pub(crate) const EVALUATIONS: u32 = 4_000;
@@ -50,7 +50,7 @@ pub(crate) const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 /// Part of its reach that a forecast looks at first, and least part that this look must clear to pay.
 const FIRST_LOOK: f64 = 0.25;
-const WORTH: f64 = 0.02;
+const LEAST_CLEARED: f64 = 0.02;
 
 /// Decay times that a forecast of free balls with drag covers.
 const DECAY_TIMES: f64 = 100.0;
@@ -78,16 +78,17 @@ impl Separation {
         } else {
             ((left.oscillator, l), Some((right.oscillator, r)))
         };
-        let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
-        Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2], approach }
+        let rounding = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
+        Self { anchor, overlap, motion, other, rounding, resolution: [0.0; 2], approach }
     }
 
-    /// Makes it a contact of rigid balls, which may be side by side for long. Overlaps up to `noise` (m) are then no
+    /// Makes it a contact of rigid balls, which may be side by side for long. Overlaps up to `rounding` (m) are then no
     /// onsets, nor are those by the rounding of two different motions, or of inputs that have varied for `age` (s).
-    pub fn make_rigid(&mut self, noise: f64, age: f64) {
-        self.noise = self.noise.max(noise);
+    pub fn make_rigid(&mut self, rounding: f64, age: f64) {
+        self.rounding = self.rounding.max(rounding);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
-        let acceleration = |(o, flight): &Motion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
+        let acceleration =
+            |(o, flight): &FreeMotion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
         let resolution = match self.other {
             None => [0.0, of_time(&self.motion.1)],
             Some(_) => [self.motions().map(|(_, flight)| flight.v.abs()).sum(), self.motions().map(acceleration).sum()],
@@ -108,7 +109,7 @@ impl Separation {
         let [rate, acceleration] = self.resolution;
         self.motion.1.is_finite()
             && self.other.as_ref().is_none_or(|(_, flight)| flight.is_finite())
-            && all_finite([self.overlap, self.noise, rate, acceleration])
+            && all_finite([self.overlap, self.rounding, rate, acceleration])
             && self.approach.as_ref().is_none_or(|approach| approach.is_sound())
     }
 
@@ -118,9 +119,9 @@ impl Separation {
         (overlap, rate)
     }
 
-    /// Whether the balls touch at the time `t`, within the rounding of their positions or within `noise` (m).
-    pub fn touches(&self, t: DoubleDouble, noise: f64) -> bool {
-        self.at_time(t).0 >= -self.noise.max(noise)
+    /// Whether the balls touch at the time `t`, within the rounding of their positions or within `rounding` (m).
+    pub fn touches(&self, t: DoubleDouble, rounding: f64) -> bool {
+        self.at_time(t).0 >= -self.rounding.max(rounding)
     }
 
     /// Whether the bounce after the onset at `t`, with the coefficient of restitution `e`, stays lower than the
@@ -128,10 +129,10 @@ impl Separation {
     pub fn is_last_bounce(&self, t: DoubleDouble, e: f64, shortest: f64) -> bool {
         let [_, rate, acceleration] = self.evaluate(t - self.anchor);
         let rebound = e * rate;
-        rebound * rebound <= 2.0 * acceleration * self.noise || 2.0 * rebound < acceleration * shortest
+        rebound * rebound <= 2.0 * acceleration * self.rounding || 2.0 * rebound < acceleration * shortest
     }
 
-    fn motions(&self) -> impl Iterator<Item = &Motion> + Clone {
+    fn motions(&self) -> impl Iterator<Item = &FreeMotion> + Clone {
         std::iter::once(&self.motion).chain(&self.other)
     }
 
@@ -177,7 +178,7 @@ impl Separation {
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
-            let onset = approach.onset(self.noise, self.resolution);
+            let onset = approach.onset(self.rounding, self.resolution);
             if let Some(crossing) = self.crossing()
                 && onset.is_none_or(|onset| crossing < self.anchor + onset)
             {
@@ -198,7 +199,7 @@ impl Separation {
         if start == 0.0 {
             // Events overtake most forecasts, so a cheap bound comes first, over half a period, where it is tight.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
-            if clear > WORTH * reach {
+            if clear > LEAST_CLEARED * reach {
                 return Forecast::NotBefore(self.anchor + clear);
             }
         } else if let Some(tau) = self.next_wave(start) {
@@ -259,7 +260,7 @@ impl Separation {
     /// Whether the amplitudes alone rule out a contact.
     fn stays_apart(&self) -> bool {
         // Highest displacement times `side`: equilibrium plus amplitude, which drag only reduces.
-        let highest = |((o, flight), side): (&Motion, f64)| {
+        let highest = |((o, flight), side): (&FreeMotion, f64)| {
             if degree(&flight.forcing) > 0 || o.omega2() == 0.0 {
                 return f64::INFINITY;
             }
@@ -268,7 +269,7 @@ impl Separation {
             side * equilibrium + hypotenuse(squares, equilibrium, flight.v / o.omega())
         };
         let reach: f64 = self.motions().zip([1.0, -1.0]).map(highest).sum();
-        self.overlap + reach <= self.noise
+        self.overlap + reach <= self.rounding
     }
 }
 
@@ -282,7 +283,7 @@ pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clon
         // Free balls with drag settle within some dozens of decay times; after that the reach grows.
         (DECAY_TIMES / slowest).max(start).max(SHORTEST_LOOK)
     } else {
-        FAR
+        UNBOUNDED_REACH
     }
 }
 
@@ -299,13 +300,13 @@ pub(crate) fn forecast(
         Forecast::At(tau) => Forecast::At(anchor + polished(tau)),
         Forecast::NotBefore(tau) if tau - from > LEAST_PROGRESS * from => Forecast::NotBefore(anchor + tau),
         // A search without progress has followed only rounding.
-        _ if until < FAR => Forecast::NotBefore(anchor + until),
+        _ if until < UNBOUNDED_REACH => Forecast::NotBefore(anchor + until),
         _ => Forecast::Never,
     }
 }
 
 /// Further than any simulation goes, s.
-const FAR: f64 = 1e15;
+const UNBOUNDED_REACH: f64 = 1e15;
 
 impl Smooth for Separation {
     fn at(&self, t: f64) -> [f64; 3] {

@@ -169,7 +169,7 @@ impl Engine {
             if self.presses(i) || self.constraint(i).is_some() {
                 let peak = self.force_peak(i);
                 self.begin_ledger(i, self.now());
-                self.contacts[i].ledger.reach_in_step(peak);
+                self.contacts[i].ledger.raise_peak_of_step(peak);
             }
         }
         self.step.entered = self.time;

@@ -85,23 +85,7 @@ impl Body {
         let contact = first;
         let first = &balls[0];
         let (o, v, on_line) = (&first.oscillator, first.flight.v, !first.model.on_arc);
-        // Differences from the first ball, exactly 0 for equal balls; `pull` is the acceleration by inputs and gravity.
-        let mut pull = 0.0;
-        let differences = balls.iter().enumerate().map(|(i, ball)| {
-            if i > 0 {
-                pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
-            }
-            let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
-            if on_line {
-                forcing[0] = pull;
-            }
-            Differences {
-                omega2: ball.oscillator.omega2() - o.omega2(),
-                gamma: ball.oscillator.gamma() - o.gamma(),
-                forcing,
-            }
-        });
-        let differences: Vec<Differences> = differences.collect();
+        let differences = Differences::from_first(balls, approach);
         let total: f64 = balls.iter().map(|ball| ball.model.mass).sum();
         let mut mean = Differences::default();
         for (ball, difference) in balls.iter().zip(&differences) {
@@ -149,6 +133,27 @@ struct Differences {
 }
 
 impl Differences {
+    /// Those of each of `balls` from the first one, exactly 0 for equal balls. Neighbours would approach each other
+    /// with the accelerations `approach` (m/s2).
+    fn from_first(balls: &[Ball], approach: &[f64]) -> Vec<Self> {
+        let first = &balls[0];
+        let (o, v) = (&first.oscillator, first.flight.v);
+        // The acceleration by inputs and gravity, less that of the first ball.
+        let mut free = 0.0;
+        let of_ball = |(i, ball): (usize, &Ball)| {
+            if i > 0 {
+                free -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
+            }
+            let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
+            if !first.model.on_arc {
+                forcing[0] = free;
+            }
+            let [omega2, gamma] = [Oscillator::omega2, Oscillator::gamma].map(|of| of(&ball.oscillator) - of(o));
+            Self { omega2, gamma, forcing }
+        };
+        balls.iter().enumerate().map(of_ball).collect()
+    }
+
     fn add(&mut self, factor: f64, other: &Self) {
         self.omega2 += factor * other.omega2;
         self.gamma += factor * other.gamma;
@@ -242,9 +247,9 @@ impl Constraint {
             if before > 0.0 && after < 0.0 {
                 let top = falling_zero(rate, low, high);
                 // The place has half the digits; a step of Newton's method adds the rest.
-                let [_, slope, bend, _] = self.tension(top);
-                let way = if bend > 0.0 { -slope / bend } else { 0.0 };
-                peak.turn(self.force_after(top), (top + way).clamp(low, high), [low, high]);
+                let [_, slope, curvature, _] = self.tension(top);
+                let way = if curvature > 0.0 { -slope / curvature } else { 0.0 };
+                peak.raise_to_maximum(self.force_after(top), (top + way).clamp(low, high), [low, high]);
             }
             before = after;
         }

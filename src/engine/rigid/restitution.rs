@@ -1,5 +1,5 @@
 //! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after another, or joint
-//! impacts. See "Rigid contacts" in docs/theory.md for their order and outcome, and [`Row`] for balls on arcs.
+//! impacts. See "Rigid contacts" in docs/theory.md for their order and outcome, and [`TouchingRow`] for balls on arcs.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::solver::{EventQueue, Scalar};
 /// l and r of the direction between them. In the velocities `w = c u`, whose factors c have the ratio `r / l` from one
 /// ball to the next, the speed of approach is `(l / c_l) (w_l - w_r)`. So in w the balls collide as on a line, with the
 /// masses `m / c^2`.
-pub(crate) struct Row<S> {
+pub(crate) struct TouchingRow<S> {
     /// Masses on that line, kg.
     masses: Vec<S>,
     /// Velocities on that line over those along the paths.
@@ -23,7 +23,7 @@ pub(crate) struct Row<S> {
     restitution: Vec<S>,
 }
 
-impl<S: Scalar> Row<S> {
+impl<S: Scalar> TouchingRow<S> {
     /// The row of `balls` at these places along their paths (m). `Err` with the left ball of a contact that cannot push
     /// one of its balls along its path, or that pushes against the sense of the first contact.
     pub fn new(cradle: &Cradle<S>, balls: Range<usize>, place: impl Fn(usize) -> S) -> Result<Self, usize> {
@@ -101,7 +101,7 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
 /// Carries out the impacts of a row of touching balls with the velocities `v` along their paths (m/s), which it
 /// updates. Balls that approach each other at up to `unresolved` (m/s) come to rest; speeds that differ by up to
 /// `rounding` (m/s) count as equal.
-pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64) -> Collisions<f64> {
+pub(crate) fn collide(row: &TouchingRow<f64>, v: &mut [f64], unresolved: f64, rounding: f64) -> Collisions<f64> {
     let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: 0.0 };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v *= *factor);
     if row.restitution.iter().any(|e| *e > 0.0) {
@@ -120,7 +120,7 @@ pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: 
 }
 
 /// Converts velocities and impulses from the line back to the paths.
-fn finish<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Collisions<S>) {
+fn finish<S: Scalar>(row: &TouchingRow<S>, v: &mut [S], outcome: &mut Collisions<S>) {
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v / *factor);
     for Impact { contact, impulse } in &mut outcome.impacts {
         *impulse = *impulse / row.parts[*contact];
@@ -128,7 +128,7 @@ fn finish<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Collisions<S>) {
 }
 
 /// Carries out one impact of all balls of a row with the velocities `v` along their paths (m/s), which it updates.
-pub(crate) fn collide_at_once<S: Scalar>(row: &Row<S>, v: &mut [S]) -> Collisions<S> {
+pub(crate) fn collide_at_once<S: Scalar>(row: &TouchingRow<S>, v: &mut [S]) -> Collisions<S> {
     let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: S::default() };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
     match v.len() {
@@ -148,7 +148,7 @@ const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// Carries out impacts one after another, as long as any pair approaches faster than `unresolved` (m/s).
-fn sequence(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64, outcome: &mut Collisions<f64>) {
+fn sequence(row: &TouchingRow<f64>, v: &mut [f64], unresolved: f64, rounding: f64, outcome: &mut Collisions<f64>) {
     let masses = &row.masses[..];
     let (balls, contacts) = (masses.len(), masses.len() - 1);
     // Number of impacts after which balls that still approach stick. Elastic sequences end (Galperin, On systems of
@@ -197,7 +197,7 @@ fn sequence(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64, outco
 
 /// The impact of the balls of contact `j` alone. If it loses nothing, equal balls exchange their velocities to the last
 /// digit.
-fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], j: usize, outcome: &mut Collisions<S>) {
+fn impact_of_two<S: Scalar>(row: &TouchingRow<S>, v: &mut [S], j: usize, outcome: &mut Collisions<S>) {
     let (masses, e) = (&row.masses, row.restitution[j]);
     let total = masses[j] + masses[j + 1];
     let (left_share, right_share) = (masses[j] / total, masses[j + 1] / total);

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use super::contact::{ContactRole, around};
+use super::contact::{ContactRole, contiguous_range};
 use super::engine::Engine;
-use crate::engine::{Busy, EngineError, Forecast, Observer, Watchdog};
+use crate::engine::{Activity, EngineError, Forecast, Observer, Watchdog};
 use crate::solver::DoubleDouble;
 
 /// Number of series of a flight on an arc from one look of the watchdog to the next, and the effort of one.
 const SERIES_AT_ONCE: u64 = 1 << 10;
-const SERIES: u64 = 16;
+const EFFORT_OF_SERIES: u64 = 16;
 
 impl Engine {
     /// Begins a step: values "over the last step" refer to it from now on.
@@ -60,10 +60,10 @@ impl Engine {
                 reached = between;
                 break;
             }
-            watchdog.check(t, (1, || self.busy_with(key)), self.effort, observer)?;
+            watchdog.check(t, (1, || self.activity(key)), self.effort, observer)?;
             if self.is_rigid() {
                 // The balls of a body fly on from event to event; for other neighbours, events renew the series.
-                let body = around(key, self.contacts.len(), |j| self.constraint(j).is_some());
+                let body = contiguous_range(key, self.contacts.len(), |j| self.constraint(j).is_some());
                 self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
             }
             self.process(t, key, observer)?;
@@ -105,8 +105,8 @@ impl Engine {
                         at_once = SERIES_AT_ONCE;
                     }
                     Err(reached) => {
-                        self.effort = self.effort.saturating_add(SERIES * at_once);
-                        watchdog.check(reached, (at_once, || Busy::Flight(ball)), self.effort, observer)?;
+                        self.effort = self.effort.saturating_add(EFFORT_OF_SERIES * at_once);
+                        watchdog.check(reached, (at_once, || Activity::Flight(ball)), self.effort, observer)?;
                     }
                 }
             };
@@ -116,10 +116,10 @@ impl Engine {
     }
 
     /// What the event of the queue entry `key` is about; on arcs it may be the series of two flights, to be renewed.
-    fn busy_with(&self, key: usize) -> Busy {
+    fn activity(&self, key: usize) -> Activity {
         match self.contacts[key].role {
-            ContactRole::Open(_, Forecast::NotBefore(_)) if self.cradle.on_arcs() => Busy::Flight(key),
-            _ => Busy::Contact(self.switching(key)),
+            ContactRole::Open(_, Forecast::NotBefore(_)) if self.cradle.on_arcs() => Activity::Flight(key),
+            _ => Activity::Contact(self.switching(key)),
         }
     }
 }

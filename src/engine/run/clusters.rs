@@ -118,11 +118,11 @@ impl Engine {
                     _ => cluster.largest_force(i, step_start, tau, of_step),
                 };
                 ledger.add(cluster.impulse(i, tau));
-                ledger.reach_in_step(in_step);
+                ledger.raise_peak_of_step(in_step);
                 if let Some(found) = found {
                     let peak = found.after(cluster.start);
                     let time = if found.time == tau { t.value_up() } else { peak.time };
-                    ledger.reach(Peak { time, ..peak }, cluster.start);
+                    ledger.raise_peak(Peak { time, ..peak }, cluster.start);
                 }
                 self.totals.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
             }

@@ -76,8 +76,8 @@ pub(crate) enum RestRule {
     Closed,
 }
 
-/// The range around contact `i` of neighbouring contacts that `belong`.
-pub(crate) fn around(i: usize, contacts: usize, belong: impl Fn(usize) -> bool) -> Range<usize> {
+/// The longest run of neighbouring contacts about contact `i` all of which, but for `i` itself, `belong`.
+pub(crate) fn contiguous_range(i: usize, contacts: usize, belong: impl Fn(usize) -> bool) -> Range<usize> {
     let before = (0..i).rev().take_while(|j| belong(*j)).count();
     let after = (i + 1..contacts).take_while(|j| belong(*j)).count();
     i - before..i + 1 + after

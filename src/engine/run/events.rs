@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contact::{ContactRole, around};
+use super::contact::{ContactRole, contiguous_range};
 use super::engine::Engine;
 use super::interaction::Interaction;
 use crate::engine::flight::{EVALUATIONS, Separation};
@@ -60,13 +60,13 @@ impl Engine {
                 let beside = |separation: &Separation| self.is_rigid() && separation.touches(t, 0.0);
                 let worn = |separation: &Separation| separation.nears_end(t) || beside(separation);
                 let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);
-                let contacts = around(key, self.contacts.len(), worn);
+                let contacts = contiguous_range(key, self.contacts.len(), worn);
                 self.reanchor_free(contacts.start..contacts.end + 1, t);
                 let balls = self.balls[contacts.start..contacts.end + 1].iter_mut();
                 balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.starts_long = true);
                 for j in contacts {
-                    let noise = self.contacts[j].separation().map_or(0.0, |separation| separation.noise);
-                    self.open_contact(j, t, noise);
+                    let rounding = self.contacts[j].separation().map_or(0.0, |separation| separation.rounding);
+                    self.open_contact(j, t, rounding);
                 }
             }
             ContactRole::Open(..) | ContactRole::Anchored(_) => self.forecast(key, t),
@@ -170,9 +170,9 @@ impl Engine {
         }
     }
 
-    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `noise` (m) count
-    /// as none.
-    pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, noise: f64) {
+    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `rounding` (m)
+    /// count as none.
+    pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, rounding: f64) {
         let before = self.contacts[i].separation();
         let overlap = before.map_or(self.contacts[i].at_anchors().overlap, |separation| separation.at_time(t).0);
         let mut overlap = overlap.min(0.0);
@@ -189,7 +189,7 @@ impl Engine {
         if let ContactRole::Open(separation, _) = &mut self.contacts[i].role
             && rigid
         {
-            separation.make_rigid(noise, age);
+            separation.make_rigid(rounding, age);
         }
         self.forecast(i, t);
     }

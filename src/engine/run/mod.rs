@@ -16,7 +16,7 @@ mod rigid_contacts;
 mod segments;
 mod snapshot;
 
-pub(crate) use contact::{ContactRole, RestRule, around};
+pub(crate) use contact::{ContactRole, RestRule, contiguous_range};
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
 pub(crate) use interaction::Interaction;

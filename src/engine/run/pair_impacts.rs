@@ -80,7 +80,7 @@ impl Engine {
         });
         let remaining = sides.map(|(.., rest)| rest);
         let longest = remaining[0].max(remaining[1]);
-        let mut slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
+        let mut slack: f64 = sides.iter().map(|(ball, age, ..)| ball.chord_deviation(age + longest)).sum();
         let mut along = [1.0; 2];
         if self.cradle.on_arcs() {
             // The distance is at least its component along its present direction; the turn of the paths adds to the
@@ -113,8 +113,8 @@ impl Engine {
         let displacements = impact.outcome.displacements;
         let ledger = &mut self.contacts[i].ledger;
         ledger.add(impact.outcome.impulse);
-        ledger.reach(impact.outcome.peak.after(impact.start), impact.start);
-        ledger.reach_in_step(in_step);
+        ledger.raise_peak(impact.outcome.peak.after(impact.start), impact.start);
+        ledger.raise_peak_of_step(in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
             ball.flight.x += displacements[side];
             ball.flight.v = impact.outcome.velocities[side];

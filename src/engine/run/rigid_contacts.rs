@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::contact::{ContactRole, RestRule, around};
+use super::contact::{ContactRole, RestRule, contiguous_range};
 use super::engine::Engine;
 use super::interaction::Interaction;
 use crate::engine::flight::{Forcing, Rounding, Separation, places, shifted, start_by_centre};
-use crate::engine::rigid::restitution::{self, Block, Impact, Row};
+use crate::engine::rigid::restitution::{self, Block, Impact, TouchingRow};
 use crate::engine::rigid::{Body, acceleration_rounding};
 use crate::engine::tape::Unfollowed;
 use crate::engine::{EngineError, Fault, Forecast, Observer, RAPID};
@@ -14,7 +14,7 @@ use crate::model::Mode;
 use crate::solver::{DoubleDouble, Oscillator};
 
 /// Smallest approach speed over the rounding of the velocities.
-const RESOLVED: f64 = 16.0;
+const RESOLVED_ROUNDINGS: f64 = 16.0;
 
 /// Effort (see [`Engine::effort`]) of an impact: there may be millions in an event.
 const IMPACT: u64 = 1;
@@ -33,27 +33,28 @@ impl Engine {
         for i in 0..self.contacts.len() {
             let places = self.anchors(i);
             let overlap = self.cradle.pair(i).overlap(places);
-            let noise = 2.0 * f64::EPSILON * places[0].abs().max(places[1].abs());
-            if overlap > noise {
+            let rounding = 2.0 * f64::EPSILON * places[0].abs().max(places[1].abs());
+            if overlap > rounding {
                 let (left, right) = (i + 1, i + 2);
                 return Err(EngineError::NotRigid(format!(
                     "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - \
                      x_start[{right}] up to contact.gap[{left}] + contact.deadBand"
                 )));
             }
-            self.contacts[i].set_anchored(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
+            self.contacts[i].set_anchored(if overlap >= -rounding { 0.0 } else { overlap }, Mode::Open);
         }
         Ok(())
     }
 
+    /// Carries out the impacts of all balls in touch at the onset of contact `i` at the time `t`.
     pub(crate) fn rigid_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let clock_stands = self.totals.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.contacts[i].restitution };
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
-        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
-        let group = around(i, self.contacts.len(), |j| {
-            let touches = |separation: &Separation| separation.touches(t, noise);
+        let (last_bounce, overlap_rounding) = (separation.is_last_bounce(t, e, shortest), separation.rounding);
+        let group = contiguous_range(i, self.contacts.len(), |j| {
+            let touches = |separation: &Separation| separation.touches(t, overlap_rounding);
             self.constraint(j).is_some() || self.contacts[j].separation().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);
@@ -61,17 +62,17 @@ impl Engine {
         balls.clone().for_each(|ball| self.record_start(ball));
         self.separate(group.clone(), t);
         self.align(group.clone());
-        let row = Row::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x);
+        let row = TouchingRow::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x);
         let row = match row.map(|row| if clock_stands { row.without_rebound() } else { row }) {
             Ok(row) => row,
             Err(left) => return self.note(left, Some((t, Fault::Across))),
         };
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
-        let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
+        let rounding = RESOLVED_ROUNDINGS * self.rounding(balls.clone()).velocity;
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let before = self.recorder.is_some().then(|| v.clone());
-        let mut outcome = restitution::collide(&row, &mut v, unresolved, rounding);
+        let outcome = restitution::collide(&row, &mut v, unresolved, rounding);
         if let (Some(mut v), Some(recorder)) = (before, &mut self.recorder) {
             let state = |ball: usize| (self.balls[ball].flight.x, v[ball - first]);
             recorder.onset(i, [i, i + 1].map(state), &self.cradle);
@@ -79,15 +80,7 @@ impl Engine {
             recorder.collide((&self.cradle, &self.inputs), (first, t), (&places, &mut v), &outcome.groups);
         }
         self.effort = self.effort.saturating_add(IMPACT * outcome.impacts.len() as u64);
-        let impulse_of_rounding =
-            |j: usize| rounding * self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
-        let (mut impacts, traces): (Vec<_>, Vec<_>) =
-            outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
-        for Impact { contact, impulse } in traces {
-            let ledger = &mut self.contacts[first + contact].ledger;
-            ledger.begin_step(self.step.number, ledger.impulse);
-            ledger.impulse += impulse;
-        }
+        let mut impacts = self.beyond_rounding(first, outcome.impacts, rounding);
         if impacts.iter().all(|impact| first + impact.contact != i) {
             // Its onset was announced, so it needs a pulse.
             impacts.push(Impact { contact: i - first, impulse: 0.0 });
@@ -99,6 +92,20 @@ impl Engine {
         // A contact that closed without speed is pressed, if only by rounding.
         let keep = if approach <= unresolved { RestRule::Contact(i) } else { RestRule::Nothing };
         self.regroup(group, t, keep, &impacts, observer);
+    }
+
+    /// The `impacts`, with contacts counted from `first`, in which velocities change by more than `rounding` (m/s). The
+    /// impulses of the others are no pulses, but enter the ledgers.
+    fn beyond_rounding(&mut self, first: usize, impacts: Vec<Impact<f64>>, rounding: f64) -> Vec<Impact<f64>> {
+        let lighter = |j: usize| self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
+        let (beyond, within): (Vec<_>, Vec<_>) =
+            impacts.into_iter().partition(|impact| impact.impulse > rounding * lighter(impact.contact));
+        for Impact { contact, impulse } in within {
+            let ledger = &mut self.contacts[first + contact].ledger;
+            ledger.begin_step(self.step.number, ledger.impulse);
+            ledger.impulse += impulse;
+        }
+        beyond
     }
 
     /// Adjusts the positions of the balls of the contacts `group` so that they touch exactly; otherwise rounding would
@@ -128,7 +135,7 @@ impl Engine {
 
     /// Ends the constraint of contact `i`, which would have to pull from `t` on.
     pub(crate) fn release_constraint(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        let body = around(i, self.contacts.len(), |j| self.constraint(j).is_some());
+        let body = contiguous_range(i, self.contacts.len(), |j| self.constraint(j).is_some());
         self.separate(body.clone(), t);
         self.regroup(body, t, RestRule::Nothing, &[], observer);
     }
@@ -156,49 +163,59 @@ impl Engine {
         balls.clone().for_each(|i| self.before_move(i, t));
         for i in balls.clone() {
             if self.is_in_body(i) {
-                if let Some(recorder) = &mut self.recorder {
-                    recorder.fail(Unfollowed::RigidBody);
-                }
-                self.look_for_faults(i..i + 1, t);
-                let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
-                let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
-                ball.integrals = ball.integrals_under(&before, t);
-                ball.flight = ball.flight_at(t);
-                ball.flight.forcing = after;
-                ball.anchor = t;
-                ball.oscillator = Oscillator::new(model.omega2, model.gamma);
+                self.leave_body(i, t);
             } else {
                 self.reanchor(i, t);
             }
         }
         for j in group {
-            let sums = self.constraint(j).map(|constraint| {
-                let in_step = constraint.peak(self.step.time.into(), t).force;
-                (constraint.impulse(t), constraint.peak(constraint.anchor, t), constraint.anchor, in_step)
-            });
-            let Some((impulse, peak, anchor, in_step)) = sums else {
+            if self.constraint(j).is_some() {
+                self.end_constraint(j, t);
+            } else {
                 self.stop_separation(j, t);
-                continue;
-            };
-            self.begin_ledger(j, t);
-            self.queue.remove(j);
-            // If an input is set twice at one instant, its first value acts for no time: its force is no part of the
-            // pulse.
-            if anchor < t {
-                let ledger = &mut self.contacts[j].ledger;
-                ledger.add(impulse);
-                ledger.reach(peak.after(anchor), anchor);
-                ledger.reach_in_step(in_step);
             }
-            self.contacts[j].set_anchored(0.0, Mode::Pressing);
-            // The balls of a body differ by rounding only.
-            self.balls[j + 1].flight.v = self.balls[j].flight.v;
         }
         for i in balls {
             if let Some(id) = self.balls[i].interaction.take() {
                 self.interactions[id as usize] = None;
             }
         }
+    }
+
+    /// Anchors ball `i`, which is in a body, at `t` as if it were in flight.
+    fn leave_body(&mut self, i: usize, t: DoubleDouble) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.fail(Unfollowed::RigidBody);
+        }
+        self.look_for_faults(i..i + 1, t);
+        let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
+        let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
+        ball.integrals = ball.integrals_under(&before, t);
+        ball.flight = ball.flight_at(t);
+        ball.flight.forcing = after;
+        ball.anchor = t;
+        ball.oscillator = Oscillator::new(model.omega2, model.gamma);
+    }
+
+    /// Enters the force of the constraint of contact `j` up to `t` in its ledger, and anchors the contact, pressing.
+    fn end_constraint(&mut self, j: usize, t: DoubleDouble) {
+        let sums = self.constraint(j).map(|constraint| {
+            let in_step = constraint.peak(self.step.time.into(), t).force;
+            (constraint.impulse(t), constraint.peak(constraint.anchor, t), constraint.anchor, in_step)
+        });
+        let Some((impulse, peak, anchor, in_step)) = sums else { return };
+        self.begin_ledger(j, t);
+        self.queue.remove(j);
+        // If an input is set twice at one instant, its first value acts for no time: its force is no part of the pulse.
+        if anchor < t {
+            let ledger = &mut self.contacts[j].ledger;
+            ledger.add(impulse);
+            ledger.raise_peak(peak.after(anchor), anchor);
+            ledger.raise_peak_of_step(in_step);
+        }
+        self.contacts[j].set_anchored(0.0, Mode::Pressing);
+        // The balls of a body differ by rounding only.
+        self.balls[j + 1].flight.v = self.balls[j].flight.v;
     }
 
     /// Acceleration of ball `i` by the inputs at the time `t`.
@@ -226,7 +243,7 @@ impl Engine {
         let mut bodies = Vec::new();
         let resting: Vec<usize> = group.clone().filter(|&j| self.rests(j)).collect();
         for run in resting.chunk_by(|left, right| left + 1 == *right) {
-            self.press(run[0]..run[0] + run.len(), t, keep, &mut bodies);
+            self.join_where_pressed(run[0]..run[0] + run.len(), t, keep, &mut bodies);
         }
         let mut lasting = vec![false; group.len()];
         for contacts in bodies.iter().map(Body::contacts) {
@@ -279,7 +296,7 @@ impl Engine {
     /// are apart by more than rounding, although they cannot swing as one.
     fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
         let ContactRole::Open(separation, Forecast::At(next)) = &self.contacts[j].role else { return false };
-        let still = separation.at_time(t).1.abs() <= RESOLVED * rounding;
+        let still = separation.at_time(t).1.abs() <= RESOLVED_ROUNDINGS * rounding;
         !self.swing_as_one(j) && still && separation.is_last_bounce(*next, 1.0, 0.0)
     }
 
@@ -292,7 +309,7 @@ impl Engine {
     }
 
     /// Joins the balls of the contacts `run`, which touch at rest, to `bodies` where they press.
-    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, bodies: &mut Vec<Body>) {
+    fn join_where_pressed(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, bodies: &mut Vec<Body>) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();
         let age = self.input_age(t);

@@ -84,12 +84,12 @@ impl End {
     pub fn backward(&self, cradle: &Cradle, weights: &Differential) -> Vec<f64> {
         let mut by_state = vec![0.0; numbers_of_state(cradle.balls.len())];
         for i in 0..cradle.balls.len() {
-            let around = self.around(cradle, i);
+            let affected = self.affected(cradle, i);
             let (part, along, weights) =
-                (self.of_balls(&around), of_balls(cradle, &around), weights.of_balls(around.clone()));
-            let (inputs, mut unit) = (Inputs::zero(around.len()), vec![0.0; numbers_of_state(around.len())]);
+                (self.of_balls(&affected), of_balls(cradle, &affected), weights.of_balls(affected.clone()));
+            let (inputs, mut unit) = (Inputs::zero(affected.len()), vec![0.0; numbers_of_state(affected.len())]);
             for number in [X, V] {
-                let place = (i - around.start) * STATE + number;
+                let place = (i - affected.start) * STATE + number;
                 unit[place] = 1.0;
                 by_state[i * STATE + number] = part.outputs(along.clone(), &inputs, &unit).dot(&weights);
                 unit[place] = 0.0;
@@ -109,7 +109,7 @@ impl End {
 
     /// The balls whose outputs change with ball `i`: its neighbours and, if contacts are rigid, all in one body with
     /// these.
-    fn around(&self, cradle: &Cradle, i: usize) -> Range<usize> {
+    fn affected(&self, cradle: &Cradle, i: usize) -> Range<usize> {
         let (mut first, mut end) = (i.saturating_sub(1), (i + 2).min(cradle.balls.len()));
         let joined = |j: usize| cradle.rigid && self.state.contacts[j].mode != Mode::Open;
         while first > 0 && joined(first - 1) {

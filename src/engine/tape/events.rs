@@ -230,7 +230,7 @@ impl Part for LastStepBegins {
 
 /// The force of a contact at a time at which it exceeds all before it in the step.
 #[derive(Debug)]
-pub(super) struct Peak {
+pub(super) struct PeakPart {
     pub contact: usize,
     /// The contact at that time.
     pub at: ContactNodes<1>,
@@ -240,7 +240,7 @@ pub(super) struct Peak {
     pub by_time: f64,
 }
 
-impl Part for Peak {
+impl Part for PeakPart {
     fn numbers(&self) -> usize {
         self.at.numbers()
     }

@@ -12,30 +12,31 @@ pub(super) struct FlightPart {
     pub ball: usize,
     /// State at its start, and acceleration by the external force from then on, m/s2.
     pub start: Flight,
-    pub push: Forcing,
+    pub external: Forcing,
     /// Length, s; at most what [`Oscillator::longest`] allows.
     pub length: f64,
 }
 
-/// A position (m) and a velocity (m/s).
-type Motion = [f64; 2];
+/// A vector of the phase plane: position (m) and velocity (m/s) of a ball, or derivatives by them.
+type PhaseVector = [f64; 2];
 
 impl FlightPart {
     /// The changes of the motion at the end for a unit of position and of velocity at the start, less that unit.
-    fn growth(model: &BallModel, [_, u1, u2]: [f64; 3]) -> [Motion; 2] {
+    fn growth(model: &BallModel, [_, u1, u2]: [f64; 3]) -> [PhaseVector; 2] {
         let turn = model.omega2 * u2;
         [[-turn, -model.omega2 * u1], [u1, -turn - 2.0 * model.gamma * u1]]
     }
 
     /// The changes of the motion at the end by mass, decay rate, square of the frequency, and a constant acceleration.
-    fn responses(&self, model: &BallModel, o: &Oscillator, u: &[f64; BASIS]) -> [Motion; 4] {
+    fn responses(&self, model: &BallModel, o: &Oscillator, u: &[f64; BASIS]) -> [PhaseVector; 4] {
         let (Flight { x, v, forcing }, z) = (&self.start, o.sensitivities(self.length, u));
         // The formula of the velocity, with `of[k]` in place of `U_k`.
         let sum = |of: &[f64]| {
             let varying = forcing.iter().zip(&of[1..]).skip(1).map(|(forcing, of)| forcing * of);
             v * of[0] + (forcing[0] - model.omega2 * x) * of[1] + varying.sum::<f64>()
         };
-        let pushed = |k: usize| -self.push.iter().zip(&u[k..]).map(|(push, u)| push * u).sum::<f64>() / model.mass;
+        let pushed =
+            |k: usize| -self.external.iter().zip(&u[k..]).map(|(external, u)| external * u).sum::<f64>() / model.mass;
         [
             [pushed(2), pushed(1)],
             [-2.0 * sum(&z[1..]), -2.0 * sum(&z)],
@@ -45,7 +46,7 @@ impl FlightPart {
     }
 }
 
-fn dot([x, v]: Motion, [by_x, by_v]: Motion) -> f64 {
+fn dot([x, v]: PhaseVector, [by_x, by_v]: PhaseVector) -> f64 {
     by_x * x + by_v * v
 }
 
@@ -57,7 +58,7 @@ impl Part for FlightPart {
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (model, state) = (&cradle.balls[self.ball], &mut state[self.ball * STATE..][..=V]);
         let (o, mut change) = (Oscillator::new(model.omega2, model.gamma), [state[X], state[V]]);
-        let mut add = |by: Motion, of: f64| change.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * of);
+        let mut add = |by: PhaseVector, of: f64| change.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * of);
         if changes.leave(self.ball) {
             let [of_x, of_v] = Self::growth(model, o.basis(self.length.into()));
             add(of_x, state[X]);

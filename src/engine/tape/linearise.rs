@@ -6,7 +6,7 @@ use super::flight::FlightPart;
 use super::nodes::{BallNodes, ContactNodes};
 use super::record::Recorder;
 use super::scene::Scene;
-use super::step::{IMPLICIT, Rule, Step};
+use super::step::{CollocationRule, CollocationStep, IMPLICIT};
 use super::unfollowed::Unfollowed;
 use crate::engine::cluster::BranchPoint;
 use crate::engine::flight::Flight;
@@ -21,7 +21,7 @@ const EXPLICIT: f64 = 6.0;
 /// Undisturbed time, times the fastest decay rate in a step, after which nothing is left of oscillations that decay.
 /// Without this limit the derivatives of rows that are pressed together and ring are wrong; with ten times as much,
 /// their tapes take three times the time.
-const SETTLED: f64 = 400.0;
+const DECAY_TIMES_TO_SETTLE: f64 = 400.0;
 
 /// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay.
 /// Rounding grows with the square of the length, because the changes of the forces cancel in the common motion.
@@ -33,13 +33,13 @@ const ALONE: f64 = 2.0;
 /// Largest relative change of an overlap by the two highest terms of the interpolation of its force. The error at the
 /// end is far smaller: 1e-10 of the derivatives, for viscoelastic contacts 4e-7. With 1e-11 tapes take up to twice the
 /// time.
-const TAIL: f64 = 1e-8;
+const LARGEST_TAIL: f64 = 1e-8;
 
 /// Most times that a part is halved.
 const HALVINGS: u32 = 40;
 
 /// For a motion of unknown paces that has not been halved.
-const UNKNOWN: (Option<[f64; 2]>, u32) = (None, 0);
+const NOTHING_KNOWN: (Option<[f64; 2]>, u32) = (None, 0);
 
 type AtNodes<const N: usize> = (Vec<BallNodes<N>>, Vec<ContactNodes<N>>);
 
@@ -68,13 +68,14 @@ fn fastest_pendulum(balls: &[BallNodes<STAGES>]) -> f64 {
     by_places.fold(0.0, |most: f64, by_place| most.max(by_place.abs())).sqrt()
 }
 
-impl Step<NODES, Table> {
-    /// Whether the nodes resolve the forces: the unresolved part changes overlaps by less than [`TAIL`] of them.
+impl CollocationStep<NODES, Table> {
+    /// Whether the nodes resolve the forces: the unresolved part changes overlaps by less than [`LARGEST_TAIL`] of
+    /// them.
     fn is_resolved(&self, cradle: &Cradle) -> bool {
         let resolved = |(j, contact): (usize, &ContactNodes<NODES>)| {
             let largest = contact.overlap.iter().fold(0.0, |most: f64, overlap| most.max(overlap.abs()));
             let force = self.rule.tail.iter().map(|tail| weighted(tail, &contact.force).abs()).fold(0.0, f64::max);
-            self.length * self.length * force <= TAIL * cradle.reduced_mass(self.first + j) * largest
+            self.length * self.length * force <= LARGEST_TAIL * cradle.reduced_mass(self.first + j) * largest
         };
         self.contacts.iter().enumerate().all(resolved)
     }
@@ -102,14 +103,14 @@ impl Recorder {
         let power = BranchPoint::of(scene.cradle.contacts.iter()).map_or(Power::Square, |point| point.power);
         let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
         match (stretched, vanishes(from), releases || vanishes(to)) {
-            (Stretching::None, true, false) => self.linearise(scene, balls, [from, to], start, UNKNOWN),
-            (Stretching::None, false, true) => self.linearise(scene, balls, [from, to], end, UNKNOWN),
+            (Stretching::None, true, false) => self.linearise(scene, balls, [from, to], start, NOTHING_KNOWN),
+            (Stretching::None, false, true) => self.linearise(scene, balls, [from, to], end, NOTHING_KNOWN),
             (_, true, true) => {
                 let middle = 0.5 * (from + to);
-                self.linearise(scene, balls.clone(), [from, middle], start, UNKNOWN);
-                self.linearise(scene, balls, [middle, to], end, UNKNOWN);
+                self.linearise(scene, balls.clone(), [from, middle], start, NOTHING_KNOWN);
+                self.linearise(scene, balls, [middle, to], end, NOTHING_KNOWN);
             }
-            (own, ..) => self.linearise(scene, balls, [from, to], own, UNKNOWN),
+            (own, ..) => self.linearise(scene, balls, [from, to], own, NOTHING_KNOWN),
         }
     }
 
@@ -120,9 +121,9 @@ impl Recorder {
         while k < parts && self.failure().is_none() {
             let tau = from + length / parts * k;
             let ((x, v), [force, support]) = (scene.motion.state(ball, tau), scene.inputs_of(ball, tau));
-            let push = force.map(|force| force / model.mass);
-            let start = Flight { x, v, forcing: std::array::from_fn(|k| push[k] - support[k]) };
-            self.enter(scene.cradle, FlightPart { ball, start, push, length: length / parts });
+            let external = force.map(|force| force / model.mass);
+            let start = Flight { x, v, forcing: std::array::from_fn(|k| external[k] - support[k]) };
+            self.enter(scene.cradle, FlightPart { ball, start, external, length: length / parts });
             k += 1.0;
         }
     }
@@ -152,11 +153,12 @@ impl Recorder {
             let rule = &*IMPLICIT;
             let at_nodes = scene.nodes(&balls, [from, to], rule.times());
             [swing, decay] = paces(cradle, first, length, &at_nodes);
-            let settled = decay > EXPLICIT && (swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * length);
+            let settled =
+                decay > EXPLICIT && (swing <= 2.0 * EXPLICIT || decay * since >= DECAY_TIMES_TO_SETTLE * length);
             let alone = alone([swing, decay]);
             let (balls, contacts) = at_nodes;
             if alone || settled && length * fastest_pendulum(&balls) <= PENDULUM {
-                return self.enter(cradle, Step { first, length, rule, balls, contacts });
+                return self.enter(cradle, CollocationStep { first, length, rule, balls, contacts });
             }
         }
         if swing + decay <= 2.0 * EXPLICIT {
@@ -164,7 +166,7 @@ impl Recorder {
             let at_nodes = scene.nodes(&balls, [from, to], rule.times());
             [swing, decay] = paces(cradle, first, length, &at_nodes);
             let (balls, contacts) = at_nodes;
-            let step = Step { first, length, rule, balls, contacts };
+            let step = CollocationStep { first, length, rule, balls, contacts };
             if swing + decay <= EXPLICIT && step.is_resolved(cradle) {
                 return self.enter(cradle, step);
             }
@@ -172,13 +174,13 @@ impl Recorder {
         if halvings == HALVINGS || self.failure().is_some() {
             return self.fail(Unfollowed::Unresolved);
         }
-        let (early, late) = match stretching {
+        let (first_half, second_half) = match stretching {
             Stretching::None => (Stretching::None, Stretching::None),
             Stretching::AtStart(_) => (stretching, Stretching::None),
             Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
         let (middle, known) = (0.5 * (from + to), (Some([swing, decay]), halvings + 1));
-        self.linearise(scene, balls.clone(), [from, middle], early, known);
-        self.linearise(scene, balls, [middle, to], late, known);
+        self.linearise(scene, balls.clone(), [from, middle], first_half, known);
+        self.linearise(scene, balls, [middle, to], second_half, known);
     }
 }

@@ -36,8 +36,8 @@ impl<const N: usize> BallNodes<N> {
 
     /// The acceleration along the path at a node, m/s2, for this acceleration of the support.
     pub fn acceleration(&self, model: &BallModel, m: usize, support: f64) -> f64 {
-        let pull = model.gravity * model.restoring(self.x[m]) + 2.0 * model.gamma * self.v[m];
-        self.pushed[m] - support * model.place(self.x[m]).cos - pull
+        let (restoring, drag) = (model.gravity * model.restoring(self.x[m]), 2.0 * model.gamma * self.v[m]);
+        self.pushed[m] - support * model.place(self.x[m]).cos - (restoring + drag)
     }
 
     /// Changes of the acceleration (m/s2) at the nodes by these `changes` of the coefficients of ball `i`.

@@ -10,7 +10,7 @@ use super::events::{Closing, Jump, LastStepBegins, Overlap, Time, TimeShift};
 use super::gradient::{Tape, TapedPart, Tuning};
 use super::impact::ImpactPart;
 use super::part::Part;
-use super::scene::{Moment, Scene};
+use super::scene::{ChainAtTime, Scene};
 use super::unfollowed::Unfollowed;
 use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
@@ -32,7 +32,7 @@ const COMMON: u64 = 0;
 
 /// Smallest rate of an overlap at an onset, over the velocities of its balls, for which they get a time of their own. A
 /// shift by `d(overlap) / rate` and back loses precision by their ratio, the common time by up to 1e5.
-const SLOW: f64 = 1e-6;
+const LEAST_RATE: f64 = 1e-6;
 
 /// Where the parts go.
 #[derive(Clone, Debug)]
@@ -121,7 +121,7 @@ impl Recorder {
             Sink::Tape(_) => {
                 if self.tunings.last().is_none_or(|last| !last.parameters.is_tuned_as(parameters)) {
                     self.tunings.push(Tuning::new(parameters));
-                    self.hold(NUMBERS_OF_TUNING * numbers_of_state(parameters.balls()));
+                    self.count_numbers(NUMBERS_OF_TUNING * numbers_of_state(parameters.balls()));
                 }
             }
         }
@@ -149,7 +149,7 @@ impl Recorder {
     }
 
     /// Counts more numbers; fails beyond the limit.
-    fn hold(&mut self, numbers: usize) {
+    fn count_numbers(&mut self, numbers: usize) {
         self.numbers = self.numbers.saturating_add(numbers);
         let most = if let Sink::Tape(_) = self.sink { MOST_NUMBERS } else { MOST_FOLLOWED };
         if self.numbers > most {
@@ -158,7 +158,7 @@ impl Recorder {
     }
 
     pub(super) fn enter(&mut self, cradle: &Cradle, part: impl Part + 'static) {
-        self.hold(part.numbers());
+        self.count_numbers(part.numbers());
         if self.failed.is_some() {
             return;
         }
@@ -201,7 +201,7 @@ impl Recorder {
         let scene = Scene { motion: &balls, start: balls[i].anchor, cradle, inputs };
         let beside = i.saturating_sub(1)..(i + 1).min(self.pressing.len());
         self.pressing[beside].fill(false);
-        self.press(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
+        self.record_pressing(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
     }
 
     /// Records an `impact` of two of `balls`, anchored at its start, if it can be linearised in closed form; returns
@@ -220,12 +220,12 @@ impl Recorder {
             return false;
         }
         let start @ [(_, left), (_, right)] = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
-        if left - right <= SLOW * left.abs().max(right.abs()) {
+        if left - right <= LEAST_RATE * left.abs().max(right.abs()) {
             return false;
         }
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
-        let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
-        let acting = (start, forcing, push);
+        let external = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
+        let acting = (start, forcing, external);
         let on_arcs = if cradle.on_arcs() { ArcImpactPart::new(&pair, j, acting, coefficients) } else { None };
         let on_line = if cradle.on_arcs() { None } else { ImpactPart::shape(&pair, start, forcing, coefficients) };
         if on_arcs.is_none() && on_line.is_none() {
@@ -245,7 +245,7 @@ impl Recorder {
             self.enter(cradle, ArcImpactPart { largest, ..part });
         }
         if let Some((shape, reach)) = on_line {
-            self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, reach, largest });
+            self.enter(cradle, ImpactPart { contact: j, start, forcing, external, shape, reach, largest });
         }
         true
     }
@@ -263,7 +263,7 @@ impl Recorder {
                 }
                 let releases = cluster.switch.filter(|(_, switch)| *switch == Switch::Release && ends);
                 let released = releases.map(|(j, _)| j).filter(|j| (first..end).contains(j));
-                self.press(&scene, first..end + 1, [0.0, length], released.is_some());
+                self.record_pressing(&scene, first..end + 1, [0.0, length], released.is_some());
                 if let Some(j) = released {
                     self.jump(&scene, j, length, -1.0);
                 }
@@ -304,7 +304,7 @@ impl Recorder {
             None => {
                 let fastest = balls.clone().map(|i| scene.motion.state(i, tau).1.abs()).fold(0.0, f64::max);
                 let onsets = (first..balls.end - 1).filter(|j| scene.motion.overlap(*j, tau).0 == 0.0);
-                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > SLOW * fastest);
+                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > LEAST_RATE * fastest);
                 if let Some(onset) = onsets.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
                     self.shifts += 1;
                     let contact = onset.contact;
@@ -328,7 +328,7 @@ impl Recorder {
     /// Records that the motion is interrupted in this state at the time `t`: all states hold at the common time again.
     pub fn interrupt(&mut self, state: &ChainState, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
         self.undisturbed.fill((0, t));
-        let moment = Moment { state, cradle };
+        let moment = ChainAtTime { state, cradle };
         let scene = Scene { motion: &moment, start: t, cradle, inputs };
         let mut first = 0;
         for end in 0..cradle.balls.len() {
@@ -354,13 +354,13 @@ impl Recorder {
 
     /// Records the motion of balls that press on each other, or of a single ball; if it `releases`, a contact opens at
     /// its end.
-    fn press(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2], releases: bool) {
+    fn record_pressing(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2], releases: bool) {
         if from >= to {
             return;
         }
         if let Some(middle) = self.begin_step(scene, balls.clone(), [from, to]) {
-            self.press(scene, balls.clone(), [from, middle], false);
-            return self.press(scene, balls, [middle, to], releases);
+            self.record_pressing(scene, balls.clone(), [from, middle], false);
+            return self.record_pressing(scene, balls, [middle, to], releases);
         }
         let closes = (balls.start..balls.end - 1).any(|j| !self.pressing[j]);
         if closes || balls.len() == 1 || self.undisturbed[balls.start].0 != balls.end {
@@ -380,7 +380,7 @@ impl Recorder {
         for (tau, j, force) in self.peaks_within(scene, &balls, [from, to]) {
             self.press_between_peaks(scene, balls.clone(), [since, tau], releases && tau == to);
             self.peaks[j] = force;
-            self.enter(scene.cradle, scene.peak(&balls, j, tau, tau == to));
+            self.enter(scene.cradle, scene.peak_part(&balls, j, tau, tau == to));
             since = tau;
         }
         self.press_between_peaks(scene, balls, [since, to], releases);

@@ -9,7 +9,7 @@ use super::record::Recorder;
 use super::scene::acceleration;
 use super::unfollowed::Unfollowed;
 use crate::engine::HeldInputs;
-use crate::engine::rigid::restitution::{Row, collide_at_once};
+use crate::engine::rigid::restitution::{TouchingRow, collide_at_once};
 use crate::model::Cradle;
 use crate::solver::{DoubleDouble, Dual, Scalar};
 
@@ -67,7 +67,7 @@ impl RigidImpact {
         let of = |k: usize, which: usize, value: f64| number(value, changes[k][which]);
         let (mut v, mut impulses) = (Vec::new(), vec![0.0; self.balls.len() - 1]);
         v.extend(self.balls.iter().enumerate().map(|(k, ball)| of(k, 1, ball.v[0])));
-        if let Ok(row) = Row::new(&along, 0..self.balls.len(), |k| of(k, 0, self.balls[k].x)) {
+        if let Ok(row) = TouchingRow::new(&along, 0..self.balls.len(), |k| of(k, 0, self.balls[k].x)) {
             let row = if self.parts { row } else { row.without_rebound() };
             for impact in collide_at_once(&row, &mut v).impacts {
                 impulses[impact.contact] += impact.impulse.tangent();
@@ -155,7 +155,7 @@ impl Recorder {
                 return self.fail(Unfollowed::JointImpact);
             }
             let balls = first + group.start..first + group.end;
-            let Ok(row) = Row::new(cradle, balls.clone(), |i| places[i - first]) else {
+            let Ok(row) = TouchingRow::new(cradle, balls.clone(), |i| places[i - first]) else {
                 return self.fail(Unfollowed::JointImpact);
             };
             let row = if parts { row } else { row.without_rebound() };

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::events::{Overlap, Peak};
+use super::events::{Overlap, PeakPart};
 use super::nodes::{BallNodes, ContactNodes};
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::Cluster;
 use crate::engine::flight::{Ball, Forcing, forcing_at, shifted};
-use crate::engine::{self, HeldInputs};
+use crate::engine::{HeldInputs, Peak};
 use crate::model::Cradle;
 use crate::solver::{DoubleDouble, Stretching};
 
@@ -27,7 +27,7 @@ pub(super) trait Motion {
     /// Overlap of contact `j` (m) and its rate (m/s) at the time `tau` (s).
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
     /// The largest force of contact `j` between two times; `None` if it is less than `known` (N).
-    fn peak(&self, _j: usize, _between: [f64; 2], _known: f64) -> Option<engine::Peak> {
+    fn peak(&self, _j: usize, _between: [f64; 2], _known: f64) -> Option<Peak> {
         None
     }
     /// How time is stretched so that forces are smooth.
@@ -49,7 +49,7 @@ impl Motion for Cluster {
         (if tau == 0.0 { at_start } else { overlap }, rate)
     }
 
-    fn peak(&self, j: usize, [from, to]: [f64; 2], known: f64) -> Option<engine::Peak> {
+    fn peak(&self, j: usize, [from, to]: [f64; 2], known: f64) -> Option<Peak> {
         Cluster::peak(self, j, from, to, known)
     }
 
@@ -83,12 +83,12 @@ pub(super) fn acceleration(
 }
 
 /// A chain at one time.
-pub(super) struct Moment<'a> {
+pub(super) struct ChainAtTime<'a> {
     pub state: &'a ChainState,
     pub cradle: &'a Cradle,
 }
 
-impl Motion for Moment<'_> {
+impl Motion for ChainAtTime<'_> {
     fn state(&self, i: usize, _: f64) -> (f64, f64) {
         (self.state.flights[i].x, self.state.flights[i].v)
     }
@@ -174,22 +174,23 @@ impl Scene<'_> {
     }
 
     /// The largest force of contact `j` between two times (s), if it is larger than `known` (N).
-    pub fn largest_force(&self, j: usize, between: [f64; 2], known: f64) -> Option<engine::Peak> {
+    pub fn largest_force(&self, j: usize, between: [f64; 2], known: f64) -> Option<Peak> {
         self.motion.peak(j, between, known).filter(|peak| peak.force > known)
     }
 
     /// The force of contact `j` between `balls` at the time `tau` (s) as a function of the state: where it is largest
     /// or, at the end of a motion, may still grow.
-    pub fn peak(&self, balls: &Range<usize>, j: usize, tau: f64, at_end: bool) -> Peak {
+    pub fn peak_part(&self, balls: &Range<usize>, j: usize, tau: f64, at_end: bool) -> PeakPart {
         let (_, mut contacts) = self.nodes(balls, [tau, tau], &[0.0]);
         let (k, motions) = (j - balls.start, self.motions(balls, tau, true));
         let at = contacts.swap_remove(k);
         let states = [j, j + 1].map(|i| self.motion.state(i, tau));
-        let bend = self.cradle.pair(j).overlap_acceleration(states, [k, k + 1].map(|k| motions[k][1]));
-        let growth = at.by_overlap[0] * at.rate[0] + at.by_rate[0] * bend;
+        let acceleration_of_overlap =
+            self.cradle.pair(j).overlap_acceleration(states, [k, k + 1].map(|k| motions[k][1]));
+        let growth = at.by_overlap[0] * at.rate[0] + at.by_rate[0] * acceleration_of_overlap;
         // It has just closed: the later it does so, the farther apart its balls are.
         let closes = at.overlap[0] <= 0.0 && at.rate[0] > 0.0;
-        Peak {
+        PeakPart {
             by_overlap: if closes { -growth / at.rate[0] } else { 0.0 },
             by_time: if at_end { growth } else { 0.0 },
             contact: j,

@@ -13,7 +13,7 @@ use super::coefficients::{Coefficients, IMPULSE, OVERLAP, STATE, TIME, V, X};
 use super::nodes::{BallNodes, ContactNodes};
 use super::part::Part;
 use crate::model::Cradle;
-use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
+use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
 use crate::solver::{NODES, Table, combine, weighted};
 
 /// Most terms of the series.
@@ -21,7 +21,7 @@ const TERMS: usize = 60;
 
 /// A part of the motion of neighbours, whose contacts all press, at the nodes of a rule.
 #[derive(Debug)]
-pub(super) struct Step<const N: usize, R: 'static> {
+pub(super) struct CollocationStep<const N: usize, R: 'static> {
     /// First ball.
     pub first: usize,
     /// Length, s.
@@ -32,7 +32,7 @@ pub(super) struct Step<const N: usize, R: 'static> {
 }
 
 /// A collocation rule with N nodes.
-pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
+pub(super) trait CollocationRule<const N: usize>: Debug + Send + Sync {
     /// The times of the nodes, over the length of the step.
     fn times(&self) -> &[f64; N];
 
@@ -43,11 +43,11 @@ pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
     fn integrate(&self, g: &[f64; N]) -> [[f64; N]; 2];
 
     /// The transposed for a step of length h: `h Q1' v + h^2 Q2' x`.
-    fn integrate_back(&self, h: f64, motion: &Motion<N>) -> [f64; N];
+    fn integrate_back(&self, h: f64, motion: &NodalStates<N>) -> [f64; N];
 
     /// Solves `g = known + T g`: for the changes of the accelerations or, backwards, with the transposed `T`, for the
     /// derivatives by them.
-    fn solve(step: &Step<N, Self>, cradle: &Cradle, known: Vec<[f64; N]>, way: Way) -> Vec<[f64; N]>
+    fn solve(step: &CollocationStep<N, Self>, cradle: &Cradle, known: Vec<[f64; N]>, way: Way) -> Vec<[f64; N]>
     where
         Self: Sized;
 }
@@ -60,7 +60,7 @@ pub(super) enum Way {
 }
 
 /// Explicit steps: Gauss collocation with time that may be stretched.
-impl Rule<NODES> for Table {
+impl CollocationRule<NODES> for Table {
     fn times(&self) -> &[f64; NODES] {
         &self.times
     }
@@ -73,12 +73,17 @@ impl Rule<NODES> for Table {
         self.integrate_both(g)
     }
 
-    fn integrate_back(&self, h: f64, [x, v]: &Motion<NODES>) -> [f64; NODES] {
+    fn integrate_back(&self, h: f64, [x, v]: &NodalStates<NODES>) -> [f64; NODES] {
         let of_x = self.integrate_back(x);
         self.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
     }
 
-    fn solve(step: &Step<NODES, Self>, cradle: &Cradle, known: Vec<[f64; NODES]>, way: Way) -> Vec<[f64; NODES]> {
+    fn solve(
+        step: &CollocationStep<NODES, Self>,
+        cradle: &Cradle,
+        known: Vec<[f64; NODES]>,
+        way: Way,
+    ) -> Vec<[f64; NODES]> {
         let size = |of: &[[f64; NODES]]| of.iter().flatten().fold(0.0, |most: f64, g| most.max(g.abs()));
         let nothing = vec![[0.0; NODES]; step.contacts.len()];
         let (mut term, mut sum) = (known.clone(), known);
@@ -119,7 +124,7 @@ pub(super) static IMPLICIT: LazyLock<Implicit> = LazyLock::new(|| {
     }
 });
 
-impl Rule<STAGES> for Implicit {
+impl CollocationRule<STAGES> for Implicit {
     fn times(&self) -> &[f64; STAGES] {
         &self.times
     }
@@ -132,20 +137,25 @@ impl Rule<STAGES> for Implicit {
         [combine(&self.rates, g), combine(&self.positions, g)]
     }
 
-    fn integrate_back(&self, h: f64, [x, v]: &Motion<STAGES>) -> [f64; STAGES] {
+    fn integrate_back(&self, h: f64, [x, v]: &NodalStates<STAGES>) -> [f64; STAGES] {
         std::array::from_fn(|l| h * (h * weighted(&self.positions[l], x) + weighted(&self.rates[l], v)))
     }
 
     /// By elimination, because a ball depends only on its neighbours.
-    fn solve(step: &Step<STAGES, Self>, cradle: &Cradle, known: Vec<[f64; STAGES]>, way: Way) -> Vec<[f64; STAGES]> {
+    fn solve(
+        step: &CollocationStep<STAGES, Self>,
+        cradle: &Cradle,
+        known: Vec<[f64; STAGES]>,
+        way: Way,
+    ) -> Vec<[f64; STAGES]> {
         let (balls, h) = (known.len(), step.length);
-        let row = |known: &[f64; STAGES]| Row {
+        let row = |known: &[f64; STAGES]| BlockRow {
             lower: Matrix::zeros(),
             diagonal: Matrix::identity(),
             upper: Matrix::zeros(),
             known: Stages::from(*known),
         };
-        let mut rows: Vec<Row> = known.iter().map(row).collect();
+        let mut rows: Vec<BlockRow> = known.iter().map(row).collect();
         // Forces at a node depend on the motion at that node. Every third ball has a unit change at once, because each
         // ball depends on only one of these.
         for (ball, number) in (0..balls.min(3)).flat_map(|ball| [0, 1].map(|number| (ball, number))) {
@@ -173,13 +183,13 @@ impl Rule<STAGES> for Implicit {
     }
 }
 
-/// Positions and velocities of a ball, or derivatives by them, at the nodes.
-type Motion<const N: usize> = [[f64; N]; 2];
+/// The states of a ball at the nodes, its positions (m) and velocities (m/s), or derivatives by them.
+type NodalStates<const N: usize> = [[f64; N]; 2];
 
-impl<const N: usize, R: Rule<N>> Step<N, R> {
+impl<const N: usize, R: CollocationRule<N>> CollocationStep<N, R> {
     /// Changes of the accelerations (m/s2) by changes of the motion (m, m/s).
-    fn accelerations(&self, cradle: &Cradle, motion: &[Motion<N>]) -> Vec<[f64; N]> {
-        let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &Motion<N>))| {
+    fn accelerations(&self, cradle: &Cradle, motion: &[NodalStates<N>]) -> Vec<[f64; N]> {
+        let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &NodalStates<N>))| {
             let gamma = cradle.balls[self.first + i].gamma;
             std::array::from_fn(|m| ball.by_place[m] * x[m] - 2.0 * gamma * v[m])
         };
@@ -198,12 +208,12 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
 
     /// The transposed: derivatives of a number by the motion, from its derivatives by the accelerations and by the
     /// forces of the contacts.
-    fn back(&self, cradle: &Cradle, accelerations: &[[f64; N]], forces: &[[f64; N]]) -> Vec<Motion<N>> {
+    fn back(&self, cradle: &Cradle, accelerations: &[[f64; N]], forces: &[[f64; N]]) -> Vec<NodalStates<N>> {
         let of_ball = |(i, (ball, by)): (usize, (&BallNodes<N>, &[f64; N]))| {
             let gamma = cradle.balls[self.first + i].gamma;
             [std::array::from_fn(|m| ball.by_place[m] * by[m]), std::array::from_fn(|m| -2.0 * gamma * by[m])]
         };
-        let mut found: Vec<Motion<N>> = self.balls.iter().zip(accelerations).enumerate().map(of_ball).collect();
+        let mut found: Vec<NodalStates<N>> = self.balls.iter().zip(accelerations).enumerate().map(of_ball).collect();
         for (j, (contact, by_force)) in self.contacts.iter().zip(forces).enumerate() {
             let lightness = [j, j + 1].map(|i| 1.0 / cradle.balls[self.first + i].mass);
             for (m, by_force) in by_force.iter().enumerate() {
@@ -218,44 +228,22 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
         found
     }
 
-    /// The motion by accelerations.
-    fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<Motion<N>> {
-        let h = self.length;
-        let of_ball = |g: &[f64; N]| {
-            let [once, twice] = self.rule.integrate(g);
-            [twice.map(|x| h * h * x), once.map(|v| h * v)]
-        };
-        accelerations.iter().map(of_ball).collect()
-    }
-
-    fn integrate_back(&self, motion: &[Motion<N>]) -> Vec<[f64; N]> {
-        motion.iter().map(|motion| self.rule.integrate_back(self.length, motion)).collect()
-    }
-}
-
-/// Changes of the balls of contact `j` of a step at a node.
-fn moves<const N: usize>(motion: &[Motion<N>], j: usize, m: usize) -> [[f64; 2]; 2] {
-    [0, 1].map(|number| [j, j + 1].map(|i| motion[i][number][m]))
-}
-
-impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
-    fn numbers(&self) -> usize {
-        5 * N * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
-    }
-
-    fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
-        let (h, first, times) = (self.length, self.first, self.rule.times());
-        let state = &mut state[first * STATE..][..self.balls.len() * STATE];
-        let mass = |k: usize| cradle.balls[first + k].mass;
-        let undisturbed: Vec<Motion<N>> =
-            state.chunks(STATE).map(|state| [times.map(|c| h * c * state[V]), [state[V]; N]]).collect();
-        let mut known = self.accelerations(cradle, &undisturbed);
-        for (k, (ball, known)) in self.balls.iter().zip(&mut known).enumerate() {
+    /// Changes of the forces (N) without displacements since the start, by the coefficients and by the changes of the
+    /// `state` at the start, which belongs to the balls of the step. Adds the changes of the accelerations by these
+    /// (m/s2).
+    fn forces_without_motion(
+        &self,
+        cradle: &Cradle,
+        changes: &Coefficients,
+        state: &[f64],
+        accelerations: &mut [[f64; N]],
+    ) -> Vec<[f64; N]> {
+        let (first, mass) = (self.first, |k: usize| cradle.balls[self.first + k].mass);
+        for (k, (ball, sums)) in self.balls.iter().zip(&mut *accelerations).enumerate() {
             let by = ball.accelerations(&cradle.balls[first + k], first + k, changes);
             let [x, later] = [X, TIME].map(|number| state[k * STATE + number]);
-            (0..N).for_each(|m| known[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
+            (0..N).for_each(|m| sums[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
         }
-        // Forces without displacements since the start.
         let mut forces = vec![[0.0; N]; self.contacts.len()];
         for (j, contact) in self.contacts.iter().enumerate() {
             let by = contact.by_coefficients(&cradle.contacts[first + j], first + j, changes);
@@ -264,10 +252,45 @@ impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
             for m in 0..N {
                 let (of_start, on_balls) = contact.by_start(m, state[j * STATE + OVERLAP], places);
                 forces[j][m] = force[m] + of_start;
-                known[j][m] += (left[m] + on_balls[0]) / mass(j);
-                known[j + 1][m] += (right[m] + on_balls[1]) / mass(j + 1);
+                accelerations[j][m] += (left[m] + on_balls[0]) / mass(j);
+                accelerations[j + 1][m] += (right[m] + on_balls[1]) / mass(j + 1);
             }
         }
+        forces
+    }
+
+    /// The motion by accelerations.
+    fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<NodalStates<N>> {
+        let h = self.length;
+        let of_ball = |g: &[f64; N]| {
+            let [once, twice] = self.rule.integrate(g);
+            [twice.map(|x| h * h * x), once.map(|v| h * v)]
+        };
+        accelerations.iter().map(of_ball).collect()
+    }
+
+    fn integrate_back(&self, motion: &[NodalStates<N>]) -> Vec<[f64; N]> {
+        motion.iter().map(|motion| self.rule.integrate_back(self.length, motion)).collect()
+    }
+}
+
+/// Changes of the balls of contact `j` of a step at a node.
+fn moves<const N: usize>(motion: &[NodalStates<N>], j: usize, m: usize) -> [[f64; 2]; 2] {
+    [0, 1].map(|number| [j, j + 1].map(|i| motion[i][number][m]))
+}
+
+impl<const N: usize, R: CollocationRule<N>> Part for CollocationStep<N, R> {
+    fn numbers(&self) -> usize {
+        5 * N * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
+    }
+
+    fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
+        let (h, first, times) = (self.length, self.first, self.rule.times());
+        let state = &mut state[first * STATE..][..self.balls.len() * STATE];
+        let undisturbed: Vec<NodalStates<N>> =
+            state.chunks(STATE).map(|state| [times.map(|c| h * c * state[V]), [state[V]; N]]).collect();
+        let mut known = self.accelerations(cradle, &undisturbed);
+        let mut forces = self.forces_without_motion(cradle, changes, state, &mut known);
         let found = R::solve(self, cradle, known, Way::Forwards);
         let mut motion = self.integrate(&found);
         for (own, start) in motion.iter_mut().flatten().flatten().zip(undisturbed.iter().flatten().flatten()) {

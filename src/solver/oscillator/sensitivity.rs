@@ -7,13 +7,13 @@ use crate::solver::series::INVERSES;
 const COUNT: usize = MAX_FORCE_ORDER + 4;
 
 /// Largest phase and decay for which the power series of `Z_k` has no terms that cancel.
-const SMALL: f64 = 4.0;
+const SERIES_LIMIT: f64 = 4.0;
 
 impl Oscillator {
     /// The longest time (s) for which [`Self::sensitivities`] holds. Near critical damping there are only power series.
     pub fn longest(&self) -> f64 {
         let near_critical = self.gamma() > 0.5 * self.omega() && !self.is_overdamped();
-        if near_critical { SMALL / self.pace() } else { f64::INFINITY }
+        if near_critical { SERIES_LIMIT / self.pace() } else { f64::INFINITY }
     }
 
     /// `Z_-1`, `Z_0`, ... at `t` >= 0 (s), from its functions `u` then: `Z_k = -dU_k / d(omega^2)`, and `dU_k / dgamma`
@@ -26,7 +26,7 @@ impl Oscillator {
         let (omega2, gamma) = (self.omega2(), self.gamma());
         let known = |k: usize| t * u[k] - (k as f64 - 1.0) * u[k + 1];
         let (mut z, top) = ([0.0; COUNT], COUNT - 1);
-        if gamma > 0.0 && self.pace() * t > SMALL {
+        if gamma > 0.0 && self.pace() * t > SERIES_LIMIT {
             if self.is_overdamped() {
                 return self.by_decays(t, u);
             }

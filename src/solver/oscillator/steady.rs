@@ -23,15 +23,15 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0, under a force with the derivatives `push`
-    /// at time 0, m/s^(2+j). `None` for a free body, whose motion is a polynomial.
-    pub fn new(o: &Oscillator, v: f64, a: f64, push: &Polynomial) -> Option<Self> {
+    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0, under a force with the derivatives
+    /// `forcing` at time 0, m/s^(2+j). `None` for a free body, whose motion is a polynomial.
+    pub fn new(o: &Oscillator, v: f64, a: f64, forcing: &Polynomial) -> Option<Self> {
         let (damping, omega2) = (2.0 * o.gamma(), o.omega2());
         if omega2 == 0.0 && damping == 0.0 {
             return None;
         }
         // Coefficients of the force; and of P or, without a spring, of P'.
-        let force = of_derivatives(*push);
+        let force = of_derivatives(*forcing);
         let mut p = [0.0; MAX_FORCE_ORDER + 3];
         for k in (0..=MAX_FORCE_ORDER).rev() {
             let (next, after) = ((k + 1) as f64 * p[k + 1], ((k + 1) * (k + 2)) as f64 * p[k + 2]);
@@ -89,27 +89,27 @@ mod tests {
     use crate::solver::oscillator::BASIS;
 
     /// Velocity at `t` from `v` at rest position under the force, by the functions of the oscillator.
-    fn velocity(o: &Oscillator, v: f64, push: &Polynomial, t: f64) -> f64 {
+    fn velocity(o: &Oscillator, v: f64, forcing: &Polynomial, t: f64) -> f64 {
         let u: [f64; BASIS] = o.basis(t.into());
-        v * u[0] + push.iter().enumerate().map(|(j, push)| push * u[j + 1]).sum::<f64>()
+        v * u[0] + forcing.iter().enumerate().map(|(j, forcing)| forcing * u[j + 1]).sum::<f64>()
     }
 
     #[test]
     fn oscillator_bounds_hold_and_let_a_settled_motion_go() {
         for (omega2, gamma) in [(5.0, 0.1), (0.0, 0.2), (0.0, 1e-3), (5.0, 30.0)] {
             let o = Oscillator::new(omega2, gamma);
-            let push = [0.3, -0.2, 0.05, 0.01];
-            let steady = Steady::new(&o, 0.4, push[0] - 0.8 * gamma, &push).unwrap();
+            let forcing = [0.3, -0.2, 0.05, 0.01];
+            let steady = Steady::new(&o, 0.4, forcing[0] - 0.8 * gamma, &forcing).unwrap();
             for t in [0.0, 0.5, 4.0, 60.0, 3000.0] {
                 let (end, h) = (1.5 * t + 1e-3, 1e-3);
                 let bound = steady.derivative_bound(&o, t, end, 3);
                 let third = |s: f64| {
-                    let at = |k: f64| velocity(&o, 0.4, &push, s + k * h);
+                    let at = |k: f64| velocity(&o, 0.4, &forcing, s + k * h);
                     (at(1.0) - 2.0 * at(0.0) + at(-1.0)) / (h * h)
                 };
                 for s in [t + h, 0.5 * (t + end), end] {
-                    let noise = 1e-9 * velocity(&o, 0.4, &push, s).abs() + 1e-6;
-                    assert!(third(s).abs() <= 1.01 * bound + noise, "{omega2} {gamma} {t}: {} {bound}", third(s));
+                    let rounding = 1e-9 * velocity(&o, 0.4, &forcing, s).abs() + 1e-6;
+                    assert!(third(s).abs() <= 1.01 * bound + rounding, "{omega2} {gamma} {t}: {} {bound}", third(s));
                 }
             }
         }

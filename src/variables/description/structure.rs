@@ -59,7 +59,7 @@ fn is_of_arcs(row: &Row, start: &Settings) -> bool {
 pub(super) fn write_structure(out: &mut String, contents: &Contents) -> fmt::Result {
     let Contents { start, fmi3, ref states, ref variables, .. } = *contents;
     let number = numbering(start.balls(), fmi3);
-    let mut found: HashMap<&str, Vec<Known>> = HashMap::new(); // once for all scalars
+    let mut found: HashMap<&str, Vec<KnownVariables>> = HashMap::new(); // once for all scalars
     let mut write = |out: &mut String, element: &str, variable: Variable, groups: Option<Groups>| {
         match fmi3 {
             true => write!(out, "    <{element} valueReference=\"{}\"", number(variable))?,
@@ -143,7 +143,7 @@ pub(super) fn numbering(balls: usize, fmi3: bool) -> impl Fn(Variable) -> usize 
 }
 
 /// An array, or scalars of one row, that others depend on.
-struct Known {
+struct KnownVariables {
     first: usize,
     len: usize,
     shape: Shape,
@@ -163,8 +163,9 @@ enum Reach {
 }
 
 /// The variables behind a `name` in [`Groups`]: the array or, unless it is `whole`, scalars.
-fn knowns(name: &str, whole: bool, balls: usize, number: &impl Fn(Variable) -> usize) -> Vec<Known> {
-    let known = |first: Variable, len, reach| Known { first: number(first), len, shape: first.row.shape, reach };
+fn knowns(name: &str, whole: bool, balls: usize, number: &impl Fn(Variable) -> usize) -> Vec<KnownVariables> {
+    let known =
+        |first: Variable, len, reach| KnownVariables { first: number(first), len, shape: first.row.shape, reach };
     if whole {
         let name = name.trim_start_matches("all ").trim_end_matches('*').split('[').next().unwrap_or_default();
         let array = Variable::array(if matches!(name, "position" | "overlap") { "q" } else { name });
@@ -177,7 +178,7 @@ fn knowns(name: &str, whole: bool, balls: usize, number: &impl Fn(Variable) -> u
         Variable::array(name).map(|array| known(array.element(0), array.row.shape.len(balls), reach))
     };
     let of_positions = |reach| {
-        let origin = row("x", Reach::All).map(|x| Known { len: 1, ..x });
+        let origin = row("x", Reach::All).map(|x| KnownVariables { len: 1, ..x });
         origin.into_iter().chain(row("overlap", reach)).collect()
     };
     match (name, name.strip_prefix("all "), name.strip_suffix('*')) {
@@ -189,7 +190,7 @@ fn knowns(name: &str, whole: bool, balls: usize, number: &impl Fn(Variable) -> u
     }
 }
 
-impl Known {
+impl KnownVariables {
     /// Numbers of the variables here that `variable` depends on.
     fn numbers(&self, variable: Variable) -> Range<usize> {
         let (i, len) = (variable.index, self.len);

@@ -1,5 +1,6 @@
 //! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact. The
-//! acceleration of an overlap is three contact forces times factors, plus a pull: see "Arcs" in docs/theory.md.
+//! acceleration of an overlap is three contact forces times factors, plus that without contact forces: see "Arcs" in
+//! docs/theory.md.
 
 use crate::engine::flight::{Flight, forcing_at};
 use crate::model::BallModel;
@@ -64,20 +65,20 @@ impl<const N: usize> BallOnArc<N> {
     }
 }
 
-/// A contact at some times: components of its direction along its balls' paths and outward, and pull on its overlap,
-/// m/s2.
+/// A contact at some times: components of its direction along its balls' paths and outward, and the acceleration of
+/// its overlap without contact forces, m/s2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactDirection<const N: usize> {
     pub along: [[f64; N]; 2],
     pub outward: [[f64; N]; 2],
-    pub pull: [f64; N],
+    pub free: [f64; N],
 }
 
 impl ContactDirection<1> {
     /// The state of this contact, repeated for N times.
     pub fn lasting<const N: usize>(&self) -> ContactDirection<N> {
         let [along, outward] = [self.along, self.outward].map(|parts| parts.map(|[value]| [value; N]));
-        ContactDirection { along, outward, pull: [self.pull[0]; N] }
+        ContactDirection { along, outward, free: [self.free[0]; N] }
     }
 }
 
@@ -85,7 +86,7 @@ impl<const N: usize> ContactDirection<N> {
     /// For balls on pendulums of these `lengths` (m), with these horizontal and vertical distances (m) at the start.
     pub fn new(l: &BallOnArc<N>, r: &BallOnArc<N>, lengths: [f64; 2], start: [f64; 2]) -> Self {
         let (none, [left, right]) = ([0.0; N], lengths);
-        let mut direction = Self { along: [none; 2], outward: [none; 2], pull: none };
+        let mut direction = Self { along: [none; 2], outward: [none; 2], free: none };
         let (inverse_left, inverse_right) = (1.0 / left, 1.0 / right);
         for m in 0..N {
             let width = start[0] + (right * r.changes[0][m] - left * l.changes[0][m]);
@@ -98,7 +99,7 @@ impl<const N: usize> ContactDirection<N> {
             let round = r.u[m] * r.u[m] * inverse_right * outward[1] - l.u[m] * l.u[m] * inverse_left * outward[0];
             (direction.along[0][m], direction.along[1][m]) = (along[0], along[1]);
             (direction.outward[0][m], direction.outward[1][m]) = (outward[0], outward[1]);
-            direction.pull[m] = along[0] * l.free[m] - along[1] * r.free[m] + (round - across * across * inverse);
+            direction.free[m] = along[0] * l.free[m] - along[1] * r.free[m] + (round - across * across * inverse);
         }
         direction
     }
@@ -164,7 +165,7 @@ impl ArcNodes {
     }
 
     /// Computes the directions and factors of those contacts that `matter` from the motion of their balls.
-    pub fn turn(&mut self, matters: impl Fn(usize) -> bool) {
+    pub fn update_directions(&mut self, matters: impl Fn(usize) -> bool) {
         let contacts = || (0..self.models.len() - 1).filter(|j| matters(*j));
         for j in contacts() {
             let lengths = [self.models[j].length, self.models[j + 1].length];

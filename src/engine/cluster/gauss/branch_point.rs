@@ -5,7 +5,7 @@ use crate::solver::Power;
 
 /// See [`BranchPoint::smoothness`]; guarded by `touching_rows_keep_their_energy_from_awkward_starts` and
 /// `rattling_balls_keep_their_energy_at_all_times`.
-const ROUGH: f64 = 0.01;
+const LEAST_SMOOTHNESS: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
 
 /// A branch point of the forces at overlap 0.
@@ -37,7 +37,7 @@ impl BranchPoint {
             return Some(Self { power, smoothness: 1.0 });
         }
         let power = if least > 2.0 { Power::Square } else { Power::Cube };
-        Some(Self { power, smoothness: if least < 1.0 { ROUGH } else { FRACTIONAL } })
+        Some(Self { power, smoothness: if least < 1.0 { LEAST_SMOOTHNESS } else { FRACTIONAL } })
     }
 }
 

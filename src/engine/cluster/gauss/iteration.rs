@@ -14,7 +14,7 @@ const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
 /// If the end of the step moves by more than this part of its length, the nodes move with the rates of this iteration;
 /// otherwise earlier rates are good enough.
-const FAR: f64 = 1e-3;
+const MOVED_END: f64 = 1e-3;
 
 /// Negligible part of the motion by the pendulums, over the motion by the forces.
 const LEFT_OUT: f64 = 1e-17;
@@ -55,7 +55,7 @@ impl GaussStep {
     }
 
     /// Forces and accelerations of the closed contacts.
-    pub(super) fn push(&mut self) {
+    pub(super) fn evaluate_forces(&mut self) {
         for (j, contact) in self.contacts.iter().enumerate() {
             if contact.mode == Mode::Pressing {
                 self.at_nodes.forces[j + 1] =
@@ -75,7 +75,7 @@ impl GaussStep {
     /// Computes the directions of paths and contacts at the nodes from the present forces, for contacts that press or
     /// for `all`. Returns the largest changes of displacements since the last call, of balls that press and of all
     /// balls, over the least length or distance of pivots.
-    pub(super) fn turn(&mut self, all: bool) -> [f64; 2] {
+    pub(super) fn update_directions(&mut self, all: bool) -> [f64; 2] {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
         let (mut changes, mut nearest) = ([0.0_f64; 2], f64::INFINITY);
@@ -103,16 +103,16 @@ impl GaussStep {
                 .map_or(nearest, |contact| contact.law.pivots.min(nearest))
                 .min(arcs.models[i].length);
         }
-        self.arcs.turn(|j| all || self.contacts[j].mode == Mode::Pressing);
+        self.arcs.update_directions(|j| all || self.contacts[j].mode == Mode::Pressing);
         changes.map(|change| change / nearest)
     }
 
     /// Relative accelerations of the balls of contact `j` at the nodes, by the forces of three neighbouring contacts, a
-    /// constant pull and the pendulums.
+    /// constant acceleration and the pendulums.
     pub(super) fn accelerate(&mut self, j: usize) {
         let (contact, Samples { overlaps, rates, forces, balls, .. }) = (&self.contacts[j], &self.at_nodes);
         if self.on_arcs() {
-            let ([left, own, right], mut sums) = (&self.arcs.factors[j], self.arcs.directions[j].pull);
+            let ([left, own, right], mut sums) = (&self.arcs.factors[j], self.arcs.directions[j].free);
             for m in 0..NODES {
                 sums[m] += left[m] * forces[j][m] + own[m] * forces[j + 1][m] + right[m] * forces[j + 2][m];
             }
@@ -124,7 +124,7 @@ impl GaussStep {
         let mut sums = [0.0; NODES];
         for m in 0..NODES {
             let pushed = (left[m] - own[m]) * a - (own[m] - right[m]) * b;
-            sums[m] = pushed + (contact.pull - omega2 * overlaps[j][m]);
+            sums[m] = pushed + (contact.free_at_touch - omega2 * overlaps[j][m]);
         }
         if drag > 0.0 {
             (0..NODES).for_each(|m| sums[m] -= drag * rates[j][m]);
@@ -170,10 +170,10 @@ impl GaussStep {
                 }
                 self.at_nodes.balls[i] = [displacements, velocities];
             } else {
-                let (v, pull) = (flight.v, flight.forcing[0] - self.oscillators[i].omega2() * flight.x);
+                let (v, free) = (flight.v, flight.forcing[0] - self.oscillators[i].omega2() * flight.x);
                 for m in 0..NODES {
                     let t = length * table.times[m];
-                    (displacements[m], velocities[m]) = ((v + 0.5 * pull * t) * t, v + pull * t);
+                    (displacements[m], velocities[m]) = ((v + 0.5 * free * t) * t, v + free * t);
                 }
                 let (mut left_out, mut round) = (if self.presses(i) || self.varies { 1.0 } else { gain }, 1.0);
                 self.at_nodes.balls[i] = [displacements, velocities];
@@ -203,9 +203,9 @@ impl GaussStep {
         let (flight, o, inverse_mass) = (&self.flights[i], &self.oscillators[i], self.inverse_mass(i));
         let Samples { forces, balls, .. } = &self.at_nodes;
         let ([left, right], [displacements, velocities]) = ([&forces[i], &forces[i + 1]], &balls[i]);
-        let (mut sums, omega2, pull) = ([0.0; NODES], o.omega2(), flight.forcing[0] - o.omega2() * flight.x);
+        let (mut sums, omega2, free) = ([0.0; NODES], o.omega2(), flight.forcing[0] - o.omega2() * flight.x);
         for m in 0..NODES {
-            sums[m] = (left[m] - right[m]) * inverse_mass + (pull - omega2 * displacements[m]);
+            sums[m] = (left[m] - right[m]) * inverse_mass + (free - omega2 * displacements[m]);
         }
         if o.gamma() > 0.0 {
             sums.iter_mut().zip(velocities).for_each(|(sum, v)| *sum -= 2.0 * o.gamma() * v);
@@ -248,7 +248,7 @@ impl GaussStep {
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
         // In local arrays, which cannot alias their inputs.
         let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);
-        let integrates = self.needs_rates || later.abs() > FAR * length;
+        let integrates = self.needs_rates || later.abs() > MOVED_END * length;
         let twice = if integrates {
             let [once, twice] = table.integrate_both(accelerations);
             for m in 0..NODES {

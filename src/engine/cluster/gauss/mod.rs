@@ -13,13 +13,11 @@ mod plan;
 mod step;
 mod switching;
 
-use std::ops::ControlFlow::{Break, Continue};
-
 use super::step_control::Problem;
 use super::window::{Window, WindowContact};
 use crate::model::{ContactLaw, Mode};
 
-use plan::Planner;
+use plan::{Decision, Planner};
 
 pub(crate) use arcs::{BallOnArc, ContactDirection};
 pub(crate) use branch_point::{BranchPoint, power_of_stretching};
@@ -65,8 +63,9 @@ impl GaussStep {
                 eprintln!("{plan:?} -> {outcome:?} -> {decision:?}");
             }
             match decision {
-                Continue(next) => plan = next,
-                Break(step) => return step,
+                Decision::Retry(next) => plan = next,
+                Decision::Done { length, next } => return Some((length, next)),
+                Decision::LeaveToOther => return None,
             }
         }
         None

@@ -27,7 +27,7 @@ pub(super) struct StepContact {
     /// Excess of the left pendulum in both values, which acts on the mean of positions and velocities.
     pub unlike: [f64; 2],
     /// Acceleration of the overlap by forcing and gravity at the start, for an overlap of 0, m/s2.
-    pub pull: f64,
+    pub free_at_touch: f64,
     /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 unless it presses, has an overlap and pushes.
     pub slopes: (f64, f64),
     /// Relative acceleration at the start, m/s2, and its derivatives by time as far as contact forces cause them; from
@@ -49,7 +49,7 @@ impl StepContact {
             forcing: std::array::from_fn(|k| flights[j].forcing[k] - flights[j + 1].forcing[k]),
             mean: none,
             unlike: none,
-            pull: 0.0,
+            free_at_touch: 0.0,
             slopes: if mode == Mode::Pressing { laws[j].force_slopes(overlap, rate) } else { (0.0, 0.0) },
             accelerations: [0.0; 4],
         }
@@ -107,7 +107,7 @@ pub(super) struct Samples {
 
 /// The motion at one time.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Moment {
+pub(super) struct MotionAtTime {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
     /// See [`GaussStep::weights`].
@@ -152,7 +152,7 @@ pub(crate) struct GaussStep {
     /// Directions and factors, if balls move on arcs.
     pub(super) arcs: ArcNodes,
     /// The values at the time asked for last.
-    pub(super) moment: RefCell<Moment>,
+    pub(super) moment: RefCell<MotionAtTime>,
 }
 
 impl GaussStep {
@@ -198,14 +198,14 @@ impl GaussStep {
             let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
             let inverse_masses = [j, j + 1].map(|i| 1.0 / models[i].mass);
             let contact = StepContact::new(window, j, left.v - right.v, inverse_masses);
-            let pull = contact.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
-            self.contacts.push(StepContact { mean, unlike, pull, ..contact });
+            let free_at_touch = contact.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
+            self.contacts.push(StepContact { mean, unlike, free_at_touch, ..contact });
         }
         self.for_each_under(0, |j, contact, forces| {
             let both = flights[j].v + flights[j + 1].v;
             let swing =
                 -contact.mean[0] * contact.overlap - contact.mean[1] * contact.rate - 0.5 * contact.unlike[1] * both;
-            contact.accelerations[0] = contact.pushed(forces) + (contact.pull + swing);
+            contact.accelerations[0] = contact.pushed(forces) + (contact.free_at_touch + swing);
         });
         for k in 1..4 {
             self.for_each_under(k, |_, contact, changes| contact.accelerations[k] = contact.pushed(changes));
@@ -229,14 +229,16 @@ impl GaussStep {
             let [[l], [r]] = directions[j].along;
             let rate = balls[j].approach(&balls[j + 1], &directions[j]);
             let contact = StepContact::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
-            self.contacts.push(StepContact { pull: directions[j].pull[0], ..contact });
+            self.contacts.push(StepContact { free_at_touch: directions[j].free[0], ..contact });
         }
         arcs.begin(&balls, &directions, &factors);
         let pushed = |j: usize, forces: [f64; 3]| {
             let [left, own, right] = factors[j];
             left * forces[0] + own * forces[1] + right * forces[2]
         };
-        self.for_each_under(0, |j, contact, forces| contact.accelerations[0] = pushed(j, forces) + contact.pull);
+        self.for_each_under(0, |j, contact, forces| {
+            contact.accelerations[0] = pushed(j, forces) + contact.free_at_touch
+        });
         self.for_each_under(1, |j, contact, changes| contact.accelerations[1] = pushed(j, changes));
     }
 
@@ -288,12 +290,12 @@ fn derivative_of_force(contact: &StepContact, k: usize) -> f64 {
         return contact.law.unclipped_force(overlap, rate);
     }
     let (exponent, overlap) = (contact.law.exponent, overlap.max(f64::MIN_POSITIVE)); // without overlap the slope is 0
-    let bend = (exponent - 1.0) * by_overlap / overlap;
-    let by_bend = match k {
+    let second_slope = (exponent - 1.0) * by_overlap / overlap;
+    let by_second_slope = match k {
         1 => 0.0,
-        2 => bend * rate * rate,
-        _ => bend * ((exponent - 2.0) * rate * rate / overlap + 3.0 * accelerations[0]) * rate,
+        2 => second_slope * rate * rate,
+        _ => second_slope * ((exponent - 2.0) * rate * rate / overlap + 3.0 * accelerations[0]) * rate,
     };
     let moved = if k == 1 { rate } else { accelerations[k - 2] };
-    by_bend + by_overlap * moved + by_rate * accelerations[k - 1]
+    by_second_slope + by_overlap * moved + by_rate * accelerations[k - 1]
 }

@@ -12,7 +12,7 @@
 
 use std::cell::{OnceCell, Ref};
 
-use super::motion::{GaussStep, Moment, Samples};
+use super::motion::{GaussStep, MotionAtTime, Samples};
 use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::engine::{Forecast, Peak};
@@ -24,20 +24,20 @@ const MARGIN: f64 = 1.25;
 
 /// Largest time from the peak of the polynomial through these forces to the peak by the law, over that between the
 /// nodes beside it.
-const NEAR: f64 = 1e-3;
+const NEWTON_RANGE: f64 = 1e-3;
 
 /// Up to this part of the stretched step, integrals have nodes of their own.
 const EARLY: f64 = 0.5;
 
 impl GaussStep {
-    fn moment(&self, tau: f64) -> Ref<'_, Moment> {
+    fn moment(&self, tau: f64) -> Ref<'_, MotionAtTime> {
         if self.moment.borrow().tau != Some(tau) {
             self.compute_moment(&mut self.moment.borrow_mut(), tau);
         }
         self.moment.borrow()
     }
 
-    fn compute_moment(&self, moment: &mut Moment, tau: f64) {
+    fn compute_moment(&self, moment: &mut MotionAtTime, tau: f64) {
         (moment.tau, moment.weights, moment.early) = (Some(tau), self.weights(tau), OnceCell::new());
         let weights = &moment.weights;
         moment.relative.clear();
@@ -87,8 +87,8 @@ impl GaussStep {
                 sums.iter_mut().zip([x, v, forcing[0]]).for_each(|(sum, value)| *sum += mass(i) * value);
             }
             let [x, v, forcing] = sums.map(|sum| sum / all);
-            let pull = forcing - o.omega2() * x;
-            let mut place = [v * u1 + pull * u2, pull * u1 - v * o.omega2() * u2, v * u2 + pull * u3];
+            let free = forcing - o.omega2() * x;
+            let mut place = [v * u1 + free * u2, free * u1 - v * o.omega2() * u2, v * u2 + free * u3];
             let (begin, mut right) = (balls.len(), all);
             balls.push(place);
             for (j, change) in (first..).zip(&relative[first..last]) {
@@ -148,7 +148,7 @@ impl GaussStep {
 
     fn samples(&self, times: Nodes) -> Samples {
         let mut samples = Samples { times, ..self.at_nodes.clone() };
-        let mut moment = Moment::default();
+        let mut moment = MotionAtTime::default();
         for (m, tau) in times.into_iter().enumerate() {
             self.compute_moment(&mut moment, tau);
             for (i, [displacement, change, _]) in moment.balls.iter().enumerate() {
@@ -195,13 +195,13 @@ impl GaussStep {
     fn way_to_top(&self, j: usize, tau: f64, [overlap, rate, _]: [f64; 3], falls: &Nodes) -> f64 {
         let c = self.stretching.inverse(tau / self.length);
         let (x, pace) = (2.0 * c - 1.0, 0.5 * self.length * self.stretching.at_rounded(c).1);
-        let [_, bend, _] = series::value_and_derivatives(falls, x);
+        let [_, slope, _] = series::value_and_derivatives(falls, x);
         let (by_overlap, by_rate) = self.contacts[j].law.force_slopes(overlap, rate);
         let bent = match by_rate {
             0.0 => 0.0,
             _ => by_rate * series::value(&RULE.powers.map(|row| weighted(&row, &self.accelerations[j])), x),
         };
-        (by_overlap * rate + bent) * pace * pace / bend
+        (by_overlap * rate + bent) * pace * pace / slope
     }
 
     /// When, between these times (s), the polynomial in powers of `2 c - 1` with these coefficients rises through 0, s.
@@ -291,8 +291,8 @@ impl DenseOutput for GaussStep {
         if let Some(place) = self.rising_zero(&falls, start, end).map(|place| place.clamp(from, to)) {
             let state @ [.., force] = self.contact_at(j, place);
             let way = self.way_to_top(j, place, state, &falls);
-            let near = way.abs() < NEAR * (end - start);
-            peak.turn(force, if near { (place + way).clamp(from, to) } else { place }, [start, end]);
+            let near = way.abs() < NEWTON_RANGE * (end - start);
+            peak.raise_to_maximum(force, if near { (place + way).clamp(from, to) } else { place }, [start, end]);
         }
         Some(peak)
     }

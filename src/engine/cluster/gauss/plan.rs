@@ -1,7 +1,5 @@
 //! The plan of an attempt: the first from forecasts of switchings and branch points, the next from the last outcome.
 
-use std::ops::ControlFlow::{self, Break, Continue};
-
 use super::motion::{GaussStep, StepContact, Tolerance};
 use super::step::{Attempt, Plan};
 use super::switching::fall;
@@ -19,28 +17,28 @@ const EPSILON: f64 = 1e-17;
 
 /// First step over the time in which the fastest contact stops its balls; for a whole exponent, this is over the
 /// exponent.
-const FIRST: f64 = 0.5;
-const FIRST_SMOOTH: f64 = 1.6;
+const FIRST_STEP: f64 = 0.5;
+const FIRST_SMOOTH_STEP: f64 = 1.6;
 
 /// Number of steps ahead up to which a switching becomes the end of the step.
-const NEAR: f64 = 0.7;
+const STEPS_AHEAD: f64 = 0.7;
 
 /// Ratio of the next step to the last one: the part that is taken of what the error allows, the least and the largest
 /// ratio, and the ratio after a step that failed or did not reach a release.
 const SAFETY: f64 = 0.93;
-const CHANGE: [f64; 2] = [0.3, 4.0];
-const SHORTER: f64 = 0.65;
+const LENGTH_RATIOS: [f64; 2] = [0.3, 4.0];
+const SHORTER_RATIO: f64 = 0.65;
 
 /// Contacts that have just closed need no stretched step if their rate is below this part of the speed of the others;
 /// contacts about to open are ignored if their overlap is below this part of the largest one.
-const NEGLIGIBLE: f64 = 1e-6;
+const NEGLIGIBLE_CONTACT: f64 = 1e-6;
 
 /// Weight of the rate at the release in the mean rate until then: from rest to the release it is half an impact's
 /// duration.
 const LAST_IN_MEAN: f64 = 0.68;
 
 /// Longest step over the time scale of the pendulums, because their error is not checked.
-const LONGEST: f64 = 0.25;
+const SWING_OF_A_STEP: f64 = 0.25;
 
 /// Largest angle (rad) by which balls on arcs turn in a step.
 const SMALL_ANGLE: f64 = 1e-3;
@@ -50,9 +48,16 @@ const SMALL_ANGLE: f64 = 1e-3;
 /// `rattling_balls_cost_little_and_keep_their_energy`.
 const BEYOND: f64 = 8.0;
 
-/// The next plan; or the lengths (s) of this step, 0 if a contact switches at its start, and of the next; `None` if the
-/// motion is left to another method.
-pub(super) type Decision = ControlFlow<Option<(f64, f64)>, Plan>;
+/// What follows an attempt.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Decision {
+    /// Another attempt, by this plan.
+    Retry(Plan),
+    /// The step is done: the length of it, 0 if a contact switches at its start, and of the next one, s.
+    Done { length: f64, next: f64 },
+    /// The motion is left to another method.
+    LeaveToOther,
+}
 
 pub(super) struct Planner<'a> {
     /// The stretching of steps that do not end at a release.
@@ -79,11 +84,12 @@ impl<'a> Planner<'a> {
             longest,
         };
         let (branches, stretching) = (motion.branch_point.is_some(), motion.onset_stretching(rounding, speed));
-        let first = if branches { FIRST } else { FIRST_SMOOTH / window.laws[0].exponent };
+        let first = if branches { FIRST_STEP } else { FIRST_SMOOTH_STEP / window.laws[0].exponent };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
         let mut planner = Self { stretching, length, tolerance, before };
-        let near =
-            |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
+        let near = |ahead: Option<(usize, f64)>| {
+            ahead.filter(|(_, time)| (f64::MIN_POSITIVE..STEPS_AHEAD * length).contains(time))
+        };
         let release = motion.release_ahead(rounding);
         // A step that begins at a branch point does not end at one. Fourth powers make steps too short to reach one;
         // forces that need fourth powers clip before the balls part.
@@ -97,7 +103,7 @@ impl<'a> Planner<'a> {
         } else if let Some((_, time)) = release
             && branches
         {
-            planner.ahead(SHORTER * time)
+            planner.ahead(SHORTER_RATIO * time)
         } else {
             planner.ahead(length)
         };
@@ -118,40 +124,40 @@ impl<'a> Planner<'a> {
     /// Decides what to do after an attempt.
     pub fn decide(&mut self, motion: &mut GaussStep, plan: &Plan, outcome: Attempt) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
-        let (least, longest) = (CHANGE[0] * plan.length, self.tolerance.longest);
+        let (least, longest) = (LENGTH_RATIOS[0] * plan.length, self.tolerance.longest);
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
             (Attempt::Stands(error), _) => {
-                return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
+                return Decision::Done { length: motion.until, next: (reached * change_for(error)).min(longest) };
             }
             // A series shows which way a force or an overlap goes from 0; the mean slope over a step does not.
-            (Attempt::AtOnce(_, Switch::Clip), _) => return Break(None),
+            (Attempt::AtOnce(_, Switch::Clip), _) => return Decision::LeaveToOther,
             (Attempt::AtOnce(j, Switch::Release), _)
                 if motion.contacts[j].is_resting(&self.tolerance.problem.rounding) =>
             {
-                return Break(None);
+                return Decision::LeaveToOther;
             }
             (Attempt::AtOnce(j, switch), _) => {
                 (motion.length, motion.until, motion.end) = (0.0, 0.0, Some((j, switch)));
                 motion.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
-                return Break(Some((0.0, self.before)));
+                return Decision::Done { length: 0.0, next: self.before };
             }
             // It switches before its planned end; the same step would give the same result.
-            (Attempt::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
+            (Attempt::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER_RATIO * time.max(least)),
             (Attempt::Within(j, Switch::Release, time), _) if motion.presses(j) => {
                 match plan.stretching {
                     Stretching::None | Stretching::AtEnd(_) => to_release(motion, j, time.max(least)),
                     // It closes and opens in one step.
-                    Stretching::AtStart(_) => self.ahead(SHORTER * time.max(least)),
+                    Stretching::AtStart(_) => self.ahead(SHORTER_RATIO * time.max(least)),
                 }
             }
             (Attempt::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
             // It nearly opens; the same step would give the same result.
-            (Attempt::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
+            (Attempt::NoSwitching, _) => self.ahead(SHORTER_RATIO * self.length.min(reached.max(least))),
             (Attempt::TooLong(error), None) => self.ahead(tried * shorter_for(error, plan.stretching)),
-            (Attempt::TooLong(_) | Attempt::Failed, _) => self.ahead(SHORTER * tried),
+            (Attempt::TooLong(_) | Attempt::Failed, _) => self.ahead(SHORTER_RATIO * tried),
         };
-        Continue(Plan { length: plan.length.min(longest), ..plan })
+        Decision::Retry(Plan { length: plan.length.min(longest), ..plan })
     }
 }
 
@@ -159,7 +165,9 @@ impl GaussStep {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |contact: &StepContact| {
-            contact.mode == Mode::Pressing && contact.overlap <= rounding.position && contact.rate >= NEGLIGIBLE * speed
+            contact.mode == Mode::Pressing
+                && contact.overlap <= rounding.position
+                && contact.rate >= NEGLIGIBLE_CONTACT * speed
         };
         let branch_point = self.branch_point.filter(|_| self.contacts.iter().any(fresh));
         branch_point.map_or(Stretching::None, |branch_point| Stretching::AtStart(branch_point.power))
@@ -177,7 +185,7 @@ impl GaussStep {
     /// The longest step on which the pendulums hardly act, s.
     fn longest(&self) -> f64 {
         let pace = self.pace();
-        let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
+        let longest = if pace > 0.0 { SWING_OF_A_STEP / pace } else { f64::INFINITY };
         let moving = self.arcs.models.iter().zip(&self.flights).filter(|(_, flight)| flight.v != 0.0);
         let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
         moving.map(turn).fold(longest, f64::min)
@@ -196,7 +204,7 @@ impl GaussStep {
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.
     fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         let largest = self.contacts.iter().map(|contact| contact.overlap).fold(0.0, f64::max);
-        let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
+        let negligible = rounding.no_overlap().max(NEGLIGIBLE_CONTACT * largest);
         let opens = |contact: &StepContact| {
             contact.mode == Mode::Pressing && contact.rate < 0.0 && contact.overlap > negligible
         };
@@ -256,15 +264,15 @@ fn to_release(motion: &GaussStep, j: usize, time: f64) -> Plan {
 /// stretched, the error falls with a lower power of the length.
 fn shorter_for(error: f64, stretching: Stretching) -> f64 {
     let change = change_for(error);
-    (1..stretching.order()).fold(change, |shorter, _| shorter * change).clamp(CHANGE[0], SHORTER)
+    (1..stretching.order()).fold(change, |shorter, _| shorter * change).clamp(LENGTH_RATIOS[0], SHORTER_RATIO)
 }
 
 /// Length of the next step over that of the last one, from its error over the allowed one.
 fn change_for(error: f64) -> f64 {
     if error == 0.0 {
-        return CHANGE[1];
+        return LENGTH_RATIOS[1];
     }
     // The sixteenth root is nearly the root that belongs to the order.
     let root = error.sqrt().sqrt().sqrt().sqrt();
-    (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
+    (SAFETY / root).clamp(LENGTH_RATIOS[0], LENGTH_RATIOS[1])
 }

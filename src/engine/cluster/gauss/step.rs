@@ -7,8 +7,8 @@ use crate::model::Mode;
 use crate::solver::{Stretching, Table, weighted};
 
 /// Iterations before a step may end, and most iterations.
-const LEAST: usize = 2;
-const MOST: usize = 60;
+const LEAST_ITERATIONS: usize = 2;
+const MOST_ITERATIONS: usize = 60;
 
 /// A step whose error is this many times the allowed one is given up at once; a larger error is tolerated while
 /// overlaps still change.
@@ -17,11 +17,11 @@ const STILL_CHANGING: f64 = 1e5;
 
 /// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size. It also has if, at the
 /// present rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are
-/// more sensitive, the more so the larger the exponent p. Changes below `NOISE` that no longer fall are rounding.
+/// more sensitive, the more so the larger the exponent p. Changes below `STAGNATION` that no longer fall are rounding.
 /// Guarded by `rattling_balls_cost_little_and_keep_their_energy`.
 const CONVERGED: f64 = 8e-16;
 const SENSITIVITY: f64 = 7.0;
-const NOISE: f64 = 2e-15;
+const STAGNATION: f64 = 2e-15;
 
 /// Rates, if forces depend on them, have converged if their next change, or the one after it with the same factor, is
 /// less than this part of the scale of velocities. Under strong damping they converge long after the overlaps. Guarded
@@ -30,7 +30,7 @@ const CONVERGED_RATE: f64 = 4e-15;
 
 /// Switchings are looked for once the iteration changes overlaps by no more than this part of the overlap of the
 /// contact that presses least.
-const ROUGH: f64 = 0.1;
+const SWITCHINGS_VISIBLE: f64 = 0.1;
 
 /// The directions of balls on arcs are computed again once the iteration changes overlaps by less than new directions
 /// would. That change is expected to be the last one by new directions, multiplied by the first one; before the first,
@@ -45,7 +45,7 @@ const STANDS: f64 = 1e-15;
 const FEWER_DIGITS: f64 = 100.0;
 
 /// Largest factor by which the iteration may lengthen the step.
-const FARTHEST: f64 = 4.0;
+const MOST_LENGTHENED: f64 = 4.0;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
@@ -91,6 +91,41 @@ impl Turns {
     }
 }
 
+/// How fast the changes of overlaps from iteration to iteration fall.
+struct Convergence {
+    /// The last change, and its ratio to the one before; `None` if both are 0.
+    change: f64,
+    rate: Option<f64>,
+    /// `SENSITIVITY` p^2.
+    sensitivity: f64,
+}
+
+impl Convergence {
+    /// Before the first iteration, for contacts with the exponent p.
+    fn new(p: f64) -> Self {
+        Self { change: f64::INFINITY, rate: Some(0.0), sensitivity: SENSITIVITY * p * p }
+    }
+
+    /// Whether overlaps have converged with this change; and its expected ratio to the next one or, with the
+    /// sensitivity, to the one after it.
+    #[inline]
+    fn judge(&self, change: f64) -> (bool, f64) {
+        // Right after the end has moved far, the change falls faster than it will later.
+        let rates = [rate_of(change, self.change), self.rate.map(|rate| 0.5 * rate)];
+        let rate = rates.into_iter().flatten().reduce(f64::max);
+        let ahead = rate.map_or(1.0, |rate| rate.min(1.0) * (self.sensitivity * rate).min(1.0));
+        let has_converged = change <= CONVERGED
+            || rate.is_some_and(|rate| {
+                (rate < 0.5 && change * ahead <= CONVERGED) || (change <= STAGNATION && rate > 0.5)
+            });
+        (has_converged, ahead)
+    }
+
+    fn note(&mut self, change: f64) {
+        (self.change, self.rate) = (change, rate_of(change, self.change));
+    }
+}
+
 /// The outcome of an attempt.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Attempt {
@@ -115,86 +150,107 @@ impl GaussStep {
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
         let closed = self.contacts.iter().filter(|contact| contact.mode == Mode::Pressing).count() as u64;
         self.begin(table);
-        let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
+        let (mut has_looked, mut is_measured) = (false, false);
+        let mut convergence = Convergence::new(self.contacts[0].law.exponent); // contacts have one
         let mut turns = self.on_arcs().then(Turns::default);
-        let exponent = self.contacts[0].law.exponent; // contacts have one
-        let sensitivity = SENSITIVITY * exponent * exponent;
-        for count in 0..MOST {
+        for count in 0..MOST_ITERATIONS {
             *evaluations = evaluations.saturating_add(closed);
-            self.push();
-            if let Some(turns) = turns.as_mut().filter(|turns| last_change < turns.next()) {
+            self.evaluate_forces();
+            if let Some(turns) = turns.as_mut().filter(|turns| convergence.change < turns.next()) {
                 self.turn_on(turns.count > 0, turns);
-                self.push();
+                self.evaluate_forces();
             }
-            if !looked && last_change < ROUGH * self.evenness().min(1.0) {
-                looked = true;
-                (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
-                match self.first_switching(table, tolerance) {
-                    Some((j, switch, 0.0)) => return Attempt::AtOnce(j, switch),
-                    Some((j, ..)) if plan.switching == Some(j) => {}
-                    Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
-                        if !self.may_end(plan, j, switch) {
-                            return Attempt::Within(j, switch, time);
-                        }
-                        self.end = Some((j, switch));
-                    }
-                    Some(_) | None => {}
+            if !has_looked && convergence.change < SWITCHINGS_VISIBLE * self.evenness().min(1.0) {
+                has_looked = true;
+                if let Some(outcome) = self.look_for_switching(plan, table, tolerance) {
+                    return outcome;
                 }
             }
-            let mut later = 0.0;
-            if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
-                self.accelerate_unless_pressing(j, table);
-                let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
-                match self.switching_near_end(j, table).or_else(from_start) {
-                    Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
-                        (later, self.end) = (time - self.length, Some((j, self.contacts[j].switch())));
-                    }
-                    Some(_) => return Attempt::Failed,
-                    None if looked || self.end.is_some() => return Attempt::NoSwitching,
-                    None => {}
-                }
-            }
+            let later = match self.find_end(plan, has_looked, table, tolerance) {
+                Ok(later) => later,
+                Err(outcome) => return outcome,
+            };
             let [change, of_rate] = self.update(table, later);
             turns.iter_mut().for_each(|turns| turns.note(change));
-            if count >= LEAST {
-                if !measured {
+            if count >= LEAST_ITERATIONS {
+                if !is_measured {
                     let still = change * STILL_CHANGING;
                     let error = self.error(table, tolerance);
                     if error > TOO_LONG + still {
                         return Attempt::TooLong(error);
                     }
-                    measured = still < TOO_LONG;
+                    is_measured = still < TOO_LONG;
                 }
-                // Right after the end has moved far, the change falls faster than it will later.
-                let rates = [rate_of(change, last_change), last_rate.map(|rate| 0.5 * rate)];
-                let rate = rates.into_iter().flatten().reduce(f64::max);
-                // From this change to the next one or, with the sensitivity, to the one after it.
-                let ahead = rate.map_or(1.0, |rate| rate.min(1.0) * (sensitivity * rate).min(1.0));
-                let converged = change <= CONVERGED
-                    || rate.is_some_and(|rate| {
-                        (rate < 0.5 && change * ahead <= CONVERGED) || (change <= NOISE && rate > 0.5)
-                    });
+                let (has_converged, ahead) = convergence.judge(change);
                 // The end must have converged, too: contacts in equilibrium do not change, however far it still moves.
-                let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
-                let converged = converged && self.end.is_none_or(ended);
-                if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
-                    if let Some(turns) = turns.as_mut().filter(|turns| !self.stands(turns)) {
-                        self.turn_on(true, turns);
-                    }
-                    // Otherwise the new directions take effect in another iteration.
-                    if turns.as_ref().is_none_or(|turns| self.stands(turns)) {
-                        return self.conclude(table, tolerance);
-                    }
+                let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.overlap_error(tolerance);
+                if has_converged
+                    && self.end.is_none_or(ended)
+                    && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed
+                    && turns.as_mut().is_none_or(|turns| self.settle_directions(turns))
+                {
+                    return self.conclude(table, tolerance);
                 }
             }
-            (last_change, last_rate) = (change, rate_of(change, last_change));
+            convergence.note(change);
         }
         Attempt::Failed
     }
 
+    /// Looks for the first switching, and ends the step there if the `plan` allows that. Returns the outcome if it ends
+    /// the attempt.
+    fn look_for_switching(&mut self, plan: &Plan, table: &Table, tolerance: &Tolerance) -> Option<Attempt> {
+        (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
+        match self.first_switching(table, tolerance)? {
+            (j, switch, 0.0) => return Some(Attempt::AtOnce(j, switch)),
+            (j, ..) if plan.switching == Some(j) => {}
+            (j, switch, time) if time < self.length * (1.0 - 1e-12) => {
+                if !self.may_end(plan, j, switch) {
+                    return Some(Attempt::Within(j, switch, time));
+                }
+                self.end = Some((j, switch));
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// How much later the step has to end (s) where it ends at a switching, by the present accelerations; 0 if it does
+    /// not, or if that is not yet to be seen. An error if the attempt has failed: surely so without a switching only
+    /// after the attempt `has_looked` for one.
+    fn find_end(
+        &mut self,
+        plan: &Plan,
+        has_looked: bool,
+        table: &Table,
+        tolerance: &Tolerance,
+    ) -> Result<f64, Attempt> {
+        let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) else { return Ok(0.0) };
+        self.accelerate_unless_pressing(j, table);
+        let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
+        match self.switching_near_end(j, table).or_else(from_start) {
+            Some(time) if time > 0.0 && time <= (MOST_LENGTHENED * plan.length).min(tolerance.longest) => {
+                self.end = Some((j, self.contacts[j].switch()));
+                Ok(time - self.length)
+            }
+            Some(_) => Err(Attempt::Failed),
+            None if has_looked || self.end.is_some() => Err(Attempt::NoSwitching),
+            None => Ok(0.0),
+        }
+    }
+
+    /// Whether directions stand, if need be after they have been computed once more. Otherwise the new ones take effect
+    /// in another iteration.
+    fn settle_directions(&mut self, turns: &mut Turns) -> bool {
+        if !self.stands(turns) {
+            self.turn_on(true, turns);
+        }
+        self.stands(turns)
+    }
+
     /// Computes the directions again, for `all` contacts or for those that press.
     fn turn_on(&mut self, all: bool, turns: &mut Turns) {
-        let changes = self.turn(all);
+        let changes = self.update_directions(all);
         let (count, largest, length) = (turns.count + 1, turns.largest.max(changes[1]), self.length);
         *turns = Turns { count, all: turns.all || all, last: None, changes, largest, length, ..*turns };
     }
@@ -238,7 +294,7 @@ impl GaussStep {
 
     /// After the iteration: computes the forces from the last overlaps, and decides whether the step is accepted.
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Attempt {
-        self.push();
+        self.evaluate_forces();
         let mut error = self.error(table, tolerance);
         if self.ends_before_branch_point(table, &tolerance.problem.rounding) {
             error *= FEWER_DIGITS;
@@ -261,7 +317,7 @@ impl GaussStep {
             // To within the accuracy of the overlaps.
             let ends = || {
                 let overlap = self.overlap_at_end(j, self.curvature(j, table));
-                self.end == Some((j, switch)) && overlap.abs() <= self.noise(tolerance)
+                self.end == Some((j, switch)) && overlap.abs() <= self.overlap_error(tolerance)
             };
             if time == 0.0 {
                 return Attempt::AtOnce(j, switch);

@@ -10,7 +10,7 @@ use crate::model::Mode;
 use crate::solver::{NODES, Nodes, RULE, Table, root::first_root_of_parabola, weighted};
 
 /// Error of the overlaps at the nodes, over speed and length.
-const UNKNOWN: f64 = 1e-15;
+const OVERLAP_ERROR: f64 = 1e-15;
 
 /// Where a quantity at the nodes exceeds a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +24,8 @@ enum Excess {
 
 impl GaussStep {
     /// Error of the overlaps, m.
-    pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
-        tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
+    pub(super) fn overlap_error(&self, tolerance: &Tolerance) -> f64 {
+        tolerance.problem.rounding.position.max(OVERLAP_ERROR * tolerance.problem.speed * self.length)
     }
 
     /// The factor S of `h^2` in the overlap of contact `j` at the end of the step, m/s2.
@@ -148,14 +148,14 @@ impl GaussStep {
     fn matters(&self, contact: &StepContact, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             contact.law.elastic_force(overlap) * self.length * (contact.inverse_masses[0] + contact.inverse_masses[1]);
-        overlap > self.noise(tolerance) || speed_up > tolerance.problem.local_error
+        overlap > self.overlap_error(tolerance) || speed_up > tolerance.problem.local_error
     }
 
     /// The first change of the sign of a force that may be clipped, against the mode of its contact: which one and when
     /// (s), if any; an error if one may change its sign between two nodes.
     pub(super) fn first_clipping(&self, table: &Table, tolerance: &Tolerance) -> Result<Option<(usize, f64)>, ()> {
         let (mut first, mut unclear) = (None, f64::INFINITY);
-        let noise_of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
+        let rate_error = tolerance.problem.rounding.velocity.max(OVERLAP_ERROR * tolerance.problem.speed);
         for (j, contact) in self.contacts.iter().enumerate() {
             let Some(sign) = contact.sign() else { continue };
             let side = sign_after_clip(contact.mode);
@@ -163,9 +163,9 @@ impl GaussStep {
             let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));
             let ends = [sign.at(contact.overlap, contact.rate), sign.at(overlap_at_end, rate_at_end)];
-            let noise = sign.noise(overlap_at_end.max(0.0), self.noise(tolerance), noise_of_rate);
-            match first_excess(side, ends, &within, noise) {
-                Excess::Never if side * ends[1] <= noise => {}
+            let threshold = sign.error_bound(overlap_at_end.max(0.0), self.overlap_error(tolerance), rate_error);
+            match first_excess(side, ends, &within, threshold) {
+                Excess::Never if side * ends[1] <= threshold => {}
                 Excess::Near(m) => unclear = unclear.min(self.time_of(m, table)),
                 excess => {
                     let m = if let Excess::At(m) = excess { m } else { NODES };
@@ -199,7 +199,7 @@ impl GaussStep {
 
     /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).
     pub(super) fn may_have_passed_over(&self, until: f64, table: &Table, tolerance: &Tolerance) -> bool {
-        let noise = self.noise(tolerance);
+        let threshold = self.overlap_error(tolerance);
         (0..self.contacts.len()).any(|j| {
             let contact = &self.contacts[j];
             if contact.mode == Mode::Open && !self.may_close(j) {
@@ -207,7 +207,7 @@ impl GaussStep {
             }
             let side = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
             let ends = [contact.overlap, self.overlap_at_end(j, self.curvature(j, table))];
-            match first_excess(side, ends, &self.at_nodes.overlaps[j], noise) {
+            match first_excess(side, ends, &self.at_nodes.overlaps[j], threshold) {
                 Excess::Never => false,
                 Excess::At(m) | Excess::Near(m) => m == 0 || self.time_of(m - 1, table) < until,
             }
@@ -230,25 +230,25 @@ impl GaussStep {
     }
 }
 
-/// Where `side` times a quantity exceeds `noise` at the nodes, or may between them. The `ends` are its values before
-/// and after the nodes.
-fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
+/// Where `side` times a quantity exceeds `threshold` at the nodes, or may between them. The `ends` are its values
+/// before and after the nodes.
+fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, threshold: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
     // Usually all values stay away from 0 by more than half of their range.
     let [least, most] = range(within).map(|value| side * value);
     let [inner, outer] = [least.max(most).max(side * ends[1]), least.min(most).min(side * ends[0]).min(side * ends[1])];
-    if inner + 0.5 * (inner - outer) <= noise {
+    if inner + 0.5 * (inner - outer) <= threshold {
         return Excess::Never;
     }
     let mut before = side * ends[0];
     for m in 0..NODES {
         let (here, after) = (at(m), at(m + 1));
-        if here > noise {
+        if here > threshold {
             return Excess::At(m);
         }
         // An extremum lies no farther beyond the nodes about it than these differ.
         let beyond = if here >= before && here > after { here - before.min(after) } else { 0.0 };
-        if beyond > noise && here + 0.5 * beyond > noise {
+        if beyond > threshold && here + 0.5 * beyond > threshold {
             return Excess::Near(m);
         }
         before = here;

@@ -94,51 +94,75 @@ impl ArcSeries {
         overlaps: &mut [f64],
         given: &dyn Fn(usize) -> bool,
     ) {
-        let (stride, two, arcs) = (self.stride, 2.0, self);
         for i in 0..window.models.len() {
-            let (row, length) = (i * stride..(i + 1) * stride, window.models[i].length);
-            if k > 0 {
-                arcs.angles[row.start + k] = k as f64 * displacements[row.start + k] / length;
-                let rows = [&arcs.angles, &arcs.sin, &arcs.cos].map(|rows| &rows[row.clone()]);
-                let (sin, cos) = sine_and_cosine_term(rows[0], rows[1], rows[2], k);
-                (arcs.sin[row.start + k], arcs.cos[row.start + k]) = (sin, cos);
-            }
+            self.expand_ball(i, k, displacements, window.models[i].length);
             let Some(j) = i.checked_sub(1) else { continue };
-            let (l, r, left) = (j * stride, i * stride, window.models[j].length);
-            let at = l + k;
-            arcs.width[at] = length * arcs.sin[r + k] - left * arcs.sin[l + k];
-            arcs.height[at] = left * arcs.cos[l + k] - length * arcs.cos[r + k];
-            if k == 0 {
-                [arcs.width[at], arcs.height[at]] = window.pair(j).distances([j, i].map(|i| window.flights[i].x));
-            }
-            let part = |rows: &[f64]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
-            let square = part(&arcs.width) + part(&arcs.height);
-            if let Some(touch) = arcs.touch[j] {
-                overlaps[at] = if k == 0 {
+            let square = self.expand_distances(window, j, k);
+            let at = j * self.stride + k;
+            match self.touch[j] {
+                None => self.expand_closed(j, k, square, (!given(j)).then_some(&mut overlaps[at])),
+                Some(touch) if k == 0 => {
                     let overlap = window.contacts[j].overlap;
-                    overlap - overlap * overlap / (two * touch)
-                } else {
-                    -square / (two * touch)
-                };
-                continue;
+                    overlaps[at] = overlap - overlap * overlap / (2.0 * touch);
+                }
+                Some(touch) => overlaps[at] = -square / (2.0 * touch),
             }
-            arcs.distance[at] = if k == 0 {
-                square.sqrt()
-            } else {
-                let known: f64 = (1..k).map(|i| arcs.distance[l + i] * arcs.distance[l + k - i]).sum();
-                (square - known) / (two * arcs.distance[l])
-            };
-            if k > 0 && !given(j) {
-                overlaps[at] = -arcs.distance[at];
-            }
-            for (rows, of) in arcs.direction.iter_mut().zip([&arcs.width, &arcs.height]) {
-                let known: f64 = (1..=k).map(|i| arcs.distance[l + i] * rows[l + k - i]).sum();
-                rows[at] = (of[at] - known) / arcs.distance[l];
-            }
-            for (rows, ball) in arcs.along.iter_mut().zip([l, r]) {
-                let part = |n: &[f64], to: &[f64]| product_term(&n[l..l + stride], &to[ball..ball + stride], k);
-                rows[at] = part(&arcs.direction[0], &arcs.cos) + part(&arcs.direction[1], &arcs.sin);
-            }
+        }
+    }
+
+    /// Coefficient `k` of sine and cosine of the angle of ball `i`; that at the start is known.
+    #[inline(always)]
+    fn expand_ball(&mut self, i: usize, k: usize, displacements: &[f64], length: f64) {
+        if k == 0 {
+            return;
+        }
+        let row = i * self.stride..(i + 1) * self.stride;
+        self.angles[row.start + k] = k as f64 * displacements[row.start + k] / length;
+        let rows = [&self.angles, &self.sin, &self.cos].map(|rows| &rows[row.clone()]);
+        let (sin, cos) = sine_and_cosine_term(rows[0], rows[1], rows[2], k);
+        (self.sin[row.start + k], self.cos[row.start + k]) = (sin, cos);
+    }
+
+    /// Coefficient `k` of the horizontal and the vertical distance of the balls of contact `j`; returns that of the
+    /// square of their distance.
+    #[inline(always)]
+    fn expand_distances(&mut self, window: &Window<'_>, j: usize, k: usize) -> f64 {
+        let (stride, [left, right]) = (self.stride, [j, j + 1].map(|i| window.models[i].length));
+        let (l, r) = (j * stride, (j + 1) * stride);
+        if k == 0 {
+            [self.width[l], self.height[l]] = window.pair(j).distances([j, j + 1].map(|i| window.flights[i].x));
+        } else {
+            self.width[l + k] = right * self.sin[r + k] - left * self.sin[l + k];
+            self.height[l + k] = left * self.cos[l + k] - right * self.cos[r + k];
+        }
+        let part = |rows: &[f64]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
+        part(&self.width) + part(&self.height)
+    }
+
+    /// Coefficient `k` of distance and direction of the closed contact `j`, from that of the `square` of the distance;
+    /// and of its `overlap`, if that is to be computed after the start.
+    #[inline(always)]
+    fn expand_closed(&mut self, j: usize, k: usize, square: f64, overlap: Option<&mut f64>) {
+        let (stride, l) = (self.stride, j * self.stride);
+        let at = l + k;
+        self.distance[at] = if k == 0 {
+            square.sqrt()
+        } else {
+            let known: f64 = (1..k).map(|i| self.distance[l + i] * self.distance[l + k - i]).sum();
+            (square - known) / (2.0 * self.distance[l])
+        };
+        if k > 0
+            && let Some(overlap) = overlap
+        {
+            *overlap = -self.distance[at];
+        }
+        for (rows, of) in self.direction.iter_mut().zip([&self.width, &self.height]) {
+            let known: f64 = (1..=k).map(|i| self.distance[l + i] * rows[l + k - i]).sum();
+            rows[at] = (of[at] - known) / self.distance[l];
+        }
+        for (rows, ball) in self.along.iter_mut().zip([l, l + stride]) {
+            let part = |n: &[f64], to: &[f64]| product_term(&n[l..l + stride], &to[ball..ball + stride], k);
+            rows[at] = part(&self.direction[0], &self.cos) + part(&self.direction[1], &self.sin);
         }
     }
 }

@@ -23,7 +23,7 @@ const TERMS_AT_LEAST: usize = 3;
 /// Ratio of the order of series for linear contacts to that for others, whose coefficients cost more the higher they
 /// are. A lower order needs more steps for a pulse; twice the order loses digits by cancelling terms
 /// (`benches/runs.rs`, `tests/rust/reference.rs`).
-const HIGHER: f64 = 1.5;
+const LINEAR_ORDER_RATIO: f64 = 1.5;
 
 /// A closed contact, and the series that its force consists of.
 struct Force {
@@ -184,7 +184,7 @@ impl Series {
     /// Computes all coefficients for a window. The segment ends where last terms, or forces left out, would change
     /// velocities too much.
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
-        let order = if window.is_linear() { HIGHER * control.order as f64 } else { control.order as f64 };
+        let order = if window.is_linear() { LINEAR_ORDER_RATIO * control.order as f64 } else { control.order as f64 };
         let negligible = self.expand(window, &Control { order: order as usize, ..*control }, speed);
         self.converges_for = self.convergence(local_error).min(control.longest);
         self.shorten_where_above(&negligible);
@@ -238,15 +238,15 @@ pub(crate) fn velocity_scale(window: &Window<'_>) -> f64 {
 /// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until the contact balances
 /// them. If these grow from 0, the time until then is found by iteration, to within a power of ten.
 fn speed_from_rest(window: &Window<'_>, j: usize) -> f64 {
-    let pulls = [j, j + 1].map(|i| {
+    let bounds = [j, j + 1].map(|i| {
         let mut sizes = window.flights[i].forcing;
         sizes[0] -= window.models[i].omega2 * window.flights[i].x;
         sizes.map(f64::abs)
     });
     let (law, mass) = (&window.laws[j], window.reduced_mass(j));
-    let acceleration = |time: f64| pulls.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
+    let acceleration = |time: f64| bounds.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
     let speed = |acceleration: f64| law.speed_from_rest(mass, acceleration);
-    if pulls.iter().all(|sizes| degree(sizes) == 0) {
+    if bounds.iter().all(|sizes| degree(sizes) == 0) {
         return speed(acceleration(0.0));
     }
     let mut time = 1.0;

@@ -159,14 +159,16 @@ impl Series {
     }
 
     fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
-        let (row, noise, end) = (self.overlap_row(j), rounding.position, until / self.unit);
+        let (row, position_rounding, end) = (self.overlap_row(j), rounding.position, until / self.unit);
         let onset = self.crossing(row, 1.0, 0.0, until);
-        let is_deep =
-            || series::value_by_lanes(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
+        let is_deep = || {
+            series::value_by_lanes(row, end) > position_rounding
+                || crossing::first_positive(row, 1.0, position_rounding, end).is_some()
+        };
         // The front of an arriving wave has yet to reach a ball in touch and at rest, which may take longer than this
         // segment to be pressed any deeper.
         let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
-        let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > noise);
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > position_rounding);
         // The front is not there yet while closing the contact would change velocities by no more than rounding.
         let matters = || {
             let (law, mass, (overlap, change_of_rate)) =
@@ -210,21 +212,21 @@ impl Series {
         let scaled = |row: &[f64]| -> Vec<f64> {
             row.iter().scan(1.0, |power, c| Some(*c * std::mem::replace(power, *power * unit))).collect()
         };
-        let (pressing, noise) = match law.sign_of_force() {
+        let (pressing, threshold) = match law.sign_of_force() {
             Some(sign) => {
                 let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, end);
                 if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.least() * self.unit {
                     return Forecast::Never;
                 }
                 let left_out = mode == Mode::Pressing && self.elastic_row(j).iter().all(|c| *c == 0.0);
-                let noise = sign.noise(row[0], rounding.position, rounding.velocity);
-                (sign.series(&scaled(row), &scaled(&self.rate(row)), left_out), noise)
+                let threshold = sign.error_bound(row[0], rounding.position, rounding.velocity);
+                (sign.series(&scaled(row), &scaled(&self.rate(row)), left_out), threshold)
             }
             None => (scaled(self.force_row(j)), law.unclipped_force(rounding.position, rounding.velocity)),
         };
         let sign = sign_after_clip(mode);
         let first = |level: f64| crossing::first_positive(&pressing, sign, level, end / unit);
-        let clip = first(sign * noise).and_then(|_| first(0.0));
+        let clip = first(sign * threshold).and_then(|_| first(0.0));
         self.switching(clip.map(|s| s * unit), until)
     }
 

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::engine::run::{ContactRole, Engine, RestRule, around};
+use crate::engine::run::{ContactRole, Engine, RestRule, contiguous_range};
 use crate::engine::{
     EngineError, Forecast, HeldInputs, Observer, Pulse, RAPID, exchange::run::Exchange, flight::Ball,
     rigid::restitution,
@@ -12,7 +12,7 @@ use crate::model::{Inputs, Mode};
 use crate::solver::DoubleDouble;
 
 /// Longest duration of a group over the period of ball 1; without gravity, over 2 pi s.
-const LONGEST: f64 = 1e-3;
+const LONGEST_GROUP: f64 = 1e-3;
 
 /// Largest effort of a group, in units of about a tenth of a microsecond.
 const EFFORT: u64 = 1_000_000;
@@ -35,6 +35,11 @@ pub(super) struct MappedGroup {
 impl MappedGroup {
     pub fn contains(&self, j: usize) -> bool {
         (self.first + self.contacts.start..self.first + self.contacts.end).contains(&j)
+    }
+
+    /// From the end of the group to now, s.
+    fn back(&self) -> f64 {
+        (DoubleDouble::from(-self.onset) - self.end).value()
     }
 }
 
@@ -108,7 +113,7 @@ impl Exchange {
         closed: &[usize],
     ) -> Result<Option<MappedGroup>, EngineError> {
         let is_closed = |j: usize| self.modes[j] != Mode::Open;
-        let free = around(first, self.modes.len(), |j| !is_closed(j) || closed.binary_search(&j).is_ok());
+        let free = contiguous_range(first, self.modes.len(), |j| !is_closed(j) || closed.binary_search(&j).is_ok());
         let mut members = free.start..free.end + 1;
         loop {
             let mut pulses = Vec::new();
@@ -147,12 +152,12 @@ impl Exchange {
         first: usize,
         observer: &mut dyn Observer,
     ) -> Result<Option<(Range<usize>, DoubleDouble)>, EngineError> {
-        let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
+        let limit = DoubleDouble::from(LONGEST_GROUP * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
         let enough = engine.effort.saturating_add(EFFORT);
         let rigid = self.is_rigid();
         loop {
             let has_pulses = |j: usize| rigid || engine.contacts[j].ledger.record.pulses > 0;
-            let group = around(first, engine.contacts.len(), has_pulses);
+            let group = contiguous_range(first, engine.contacts.len(), has_pulses);
             let records = engine.contacts[group.clone()].iter().map(|contact| contact.ledger.record);
             let last = records.fold(0.0, |last: f64, record| last.max(record.onset).max(record.release));
             let end = DoubleDouble::from(if rigid { last } else { 2.0 * last });
@@ -176,9 +181,17 @@ impl Exchange {
         before: impl Fn(usize) -> f64,
         observer: &mut dyn Observer,
     ) {
-        let MappedGroup { engine, first, contacts, onset, end, pulses } = group;
-        let (n, first, onset, end) = (self.balls(), *first, *onset, *end);
-        let back = (DoubleDouble::from(-onset) - end).value();
+        self.apply_motion(balls, group);
+        self.apply_pulses(group, &before, observer);
+        self.apply_impulses(group, &before);
+        self.refresh();
+    }
+
+    /// Sets positions, velocities and overlaps, and adds to the energies: losses and work of the balls, losses of the
+    /// contacts.
+    fn apply_motion(&mut self, balls: &[Ball], group: &MappedGroup) {
+        let MappedGroup { engine, first, contacts, onset, end, .. } = group;
+        let (n, first, onset, end, back) = (self.balls(), *first, *onset, *end, group.back());
         let members = contacts.start..contacts.end + 1;
         // With the balls on either side, if there are any.
         let wide = members.start.saturating_sub(1)..(members.end + 1).min(engine.balls.len());
@@ -219,25 +232,35 @@ impl Exchange {
             self.y[1 + j] += self.cradle.pair(j).change_of_overlap([self.state.x[j], self.state.x[j + 1]], moves);
         }
         self.y[loss] += engine.totals.contact_loss;
-        let is_closed = |j: usize| engine.constraint(j).is_some();
         for (k, j) in (wide.start..wide.end - 1).enumerate() {
             let (places, moves) = ([places[k], places[k + 1]], [moves[k], moves[k + 1]]);
             let overlap = engine.overlap_at(j, end).0 + self.cradle.pair(first + j).change_of_overlap(places, moves);
-            self.y[1 + first + j] = if is_closed(j) { 0.0 } else { overlap };
+            self.y[1 + first + j] = if engine.constraint(j).is_some() { 0.0 } else { overlap };
         }
-        let start = DoubleDouble::from(self.time) + onset;
-        for pulse in pulses {
-            let (j, release) = (first + pulse.contact, start + pulse.release);
+    }
+
+    /// Enters the pulses of the group in the records of its contacts.
+    fn apply_pulses(&mut self, group: &MappedGroup, before: &impl Fn(usize) -> f64, observer: &mut dyn Observer) {
+        let start = DoubleDouble::from(self.time) + group.onset;
+        for pulse in &group.pulses {
+            let (j, release) = (group.first + pulse.contact, start + pulse.release);
             if pulse.onset < 0.0 {
                 // It began before the onset.
                 let impulse = self.y[self.impulse_place(j)] + before(j) + pulse.impulse;
                 self.contacts[j].close_pulse(j, release, impulse, observer);
             } else {
                 self.contacts[j].open_pulse(start + pulse.onset, 0.0);
-                self.contacts[j].ledger.reach(pulse.peak.after(start), start);
+                self.contacts[j].ledger.raise_peak(pulse.peak.after(start), start);
                 self.contacts[j].close_pulse(j, release, pulse.impulse, observer);
             }
         }
+    }
+
+    /// Sets the impulses of the contacts of the group and, if they are rigid, their modes, with a pulse of those that
+    /// last.
+    fn apply_impulses(&mut self, group: &MappedGroup, before: &impl Fn(usize) -> f64) {
+        let MappedGroup { engine, first, contacts, onset, pulses, .. } = group;
+        let (start, back) = (DoubleDouble::from(self.time) + *onset, group.back());
         for k in contacts.clone() {
             let (j, place) = (first + k, self.impulse_place(first + k));
             let at_onset = self.y[place] + before(j);
@@ -246,13 +269,12 @@ impl Exchange {
                 self.contacts[j].followed_until = Some(self.time - back);
                 continue;
             }
-            self.state.modes[j] = if is_closed(k) { Mode::Pressing } else { Mode::Open };
-            let ledger = &engine.contacts[k].ledger;
-            if is_closed(k) && ledger.record.pulses > 0 {
+            let (ledger, is_closed) = (&engine.contacts[k].ledger, engine.constraint(k).is_some());
+            self.state.modes[j] = if is_closed { Mode::Pressing } else { Mode::Open };
+            if is_closed && ledger.record.pulses > 0 {
                 let ended: f64 = pulses.iter().filter(|pulse| pulse.contact == k).map(|pulse| pulse.impulse).sum();
                 self.contacts[j].open_pulse(start + ledger.record.onset, at_onset + ended);
             }
         }
-        self.refresh();
     }
 }
