@@ -73,6 +73,23 @@ fn arcs_keep_the_energy_of_oblique_contacts() {
     }
 }
 
+/// Unequal balls with very stiff contacts, whose pulses overlap: each onset within another pulse is located by the
+/// directions that all balls have then, whatever the length of the steps.
+#[test]
+fn arcs_onsets_within_pulses_do_not_depend_on_the_tolerance() {
+    let text = "pendulum.model=circular gravity=59.8 pendulum.length=6.955 ball.mass=0.0605 ball.radius=0.0952 \
+                ball.massRatio[1]=4.546 ball.massRatio[2]=0.1056 ball.massRatio[3]=0.2265 ball.massRatio[4]=8.631 \
+                pendulum.lengthRatio[1]=0.7205 pendulum.lengthRatio[2]=0.6966 pendulum.lengthRatio[3]=1.591 \
+                contact.stiffness=4.143e11 contact.overlapRef=9.532e-5 contact.exponent=3.369 contact.damping=1.2 \
+                contact.deadBand=5.149e-6 x_start=0 x_start[1]=-0.01091";
+    let at = |tolerance: f64| run(&cradle(4, &format!("{text} solver.tolerance={tolerance:e}")), 0.7);
+    let [fine, coarse] = [1e-12, 1e-10].map(at);
+    for ball in 0..4 {
+        let off = (fine.state_of(ball).0 - coarse.state_of(ball).0).abs();
+        assert!(off < 1e-13 * 0.01091, "ball {ball}: {off:e} m");
+    }
+}
+
 /// Unequal pendulums swing together, pressed by almost nothing: the turn of their directions moves the time at which
 /// two of them part.
 #[test]

@@ -164,14 +164,14 @@ impl ArcNodes {
         sums
     }
 
-    /// Computes the directions and factors of those contacts that `matter` from the motion of their balls.
-    pub fn update_directions(&mut self, matters: impl Fn(usize) -> bool) {
-        let contacts = || (0..self.models.len() - 1).filter(|j| matters(*j));
-        for j in contacts() {
+    /// Computes the directions and factors of the contacts from the motion of their balls.
+    pub fn update_directions(&mut self) {
+        let contacts = 0..self.models.len() - 1;
+        for j in contacts.clone() {
             let lengths = [self.models[j].length, self.models[j + 1].length];
             self.directions[j] = ContactDirection::new(&self.balls[j], &self.balls[j + 1], lengths, self.starts[j]);
         }
-        for j in contacts() {
+        for j in contacts {
             self.factors[j] = ContactDirection::factors(&self.directions, j, &self.models);
         }
     }

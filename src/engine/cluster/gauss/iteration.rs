@@ -72,18 +72,15 @@ impl GaussStep {
         }
     }
 
-    /// Computes the directions of paths and contacts at the nodes from the present forces, for contacts that press or
-    /// for `all`. Returns the largest changes of displacements since the last call, of balls that press and of all
-    /// balls, over the least length or distance of pivots.
-    pub(super) fn update_directions(&mut self, all: bool) -> [f64; 2] {
+    /// Computes the directions of paths and contacts at the nodes from the present forces. Returns the largest changes
+    /// of displacements since the last call, of balls that press and of all balls, over the least length or distance of
+    /// pivots.
+    pub(super) fn update_directions(&mut self) -> [f64; 2] {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
         let (mut changes, mut nearest) = ([0.0_f64; 2], f64::INFINITY);
         for i in 0..self.flights.len() {
             let presses = self.presses(i) || i > 0 && self.presses(i - 1);
-            if !(all || presses) {
-                continue;
-            }
             let flight = &self.flights[i];
             let [once, twice] = table.integrate_both(&self.arcs.accelerations(i, &self.at_nodes.forces));
             let (mut way, mut u) = ([0.0; NODES], [0.0; NODES]);
@@ -103,7 +100,7 @@ impl GaussStep {
                 .map_or(nearest, |contact| contact.law.pivots.min(nearest))
                 .min(arcs.models[i].length);
         }
-        self.arcs.update_directions(|j| all || self.contacts[j].mode == Mode::Pressing);
+        self.arcs.update_directions();
         changes.map(|change| change / nearest)
     }
 

@@ -60,8 +60,6 @@ pub(super) struct Plan {
 #[derive(Clone, Copy, Default)]
 struct Turns {
     count: u32,
-    /// Whether all balls have taken part.
-    all: bool,
     /// Changes of overlaps by the first and by the last computation, over the largest overlap; the latter once known.
     first: f64,
     last: Option<f64>,
@@ -157,7 +155,7 @@ impl GaussStep {
             *evaluations = evaluations.saturating_add(closed);
             self.evaluate_forces();
             if let Some(turns) = turns.as_mut().filter(|turns| convergence.change < turns.next()) {
-                self.turn_on(turns.count > 0, turns);
+                self.turn_on(turns);
                 self.evaluate_forces();
             }
             if !has_looked && convergence.change < SWITCHINGS_VISIBLE * self.evenness().min(1.0) {
@@ -243,28 +241,28 @@ impl GaussStep {
     /// in another iteration.
     fn settle_directions(&mut self, turns: &mut Turns) -> bool {
         if !self.stands(turns) {
-            self.turn_on(true, turns);
+            self.turn_on(turns);
         }
         self.stands(turns)
     }
 
-    /// Computes the directions again, for `all` contacts or for those that press.
-    fn turn_on(&mut self, all: bool, turns: &mut Turns) {
-        let changes = self.update_directions(all);
+    /// Computes the directions again: of all contacts, as those of an open one tell when it closes.
+    fn turn_on(&mut self, turns: &mut Turns) {
+        let changes = self.update_directions();
         let (count, largest, length) = (turns.count + 1, turns.largest.max(changes[1]), self.length);
-        *turns = Turns { count, all: turns.all || all, last: None, changes, largest, length, ..*turns };
+        *turns = Turns { count, last: None, changes, largest, length, ..*turns };
     }
 
     /// Whether directions, and forces of gravity and drag, stand: whether their remaining changes, including those by
     /// the movement of the end of the step since, and their part in the accelerations are small enough.
     fn stands(&self, turns: &Turns) -> bool {
-        let Turns { all, last, changes, largest, length, .. } = *turns;
+        let Turns { count, last, changes, largest, length, .. } = *turns;
         let (reach, drags) = (self.pace() * self.length, self.arcs.models.iter().any(|ball| ball.gamma > 0.0));
         let gain = if drags { 2.0 * reach } else { reach * reach };
         let moved = largest * (self.length / length - 1.0).abs();
         let [pressed, any] = changes.map(|change| change * gain + moved);
         let remains = if last.is_some() { turns.next() } else { changes[0] };
-        all && remains.max(pressed) <= STANDS && any * gain <= STANDS * largest
+        count > 0 && remains.max(pressed) <= STANDS && any * gain <= STANDS * largest
     }
 
     /// Whether a step of this `plan` may end at another switching, of contact `j`: if it has no branch point, and time
