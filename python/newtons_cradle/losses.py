@@ -39,9 +39,9 @@ def damping(
     `nc.damping("huntCrossley", nc.preset("steel"), restitution=0.9, speed=1.0)` is a dict with `contact.dampingLaw` and
     its coefficient; merge it with the other start values. Only `constantRestitution` needs no speed. `restitution`:
     above 0, at most 1. `values` describe the cradle; what they leave out is as built into `fmu`, or, if that is None,
-    into the default one of five balls. `contact`, from 1, chooses the two balls. Balls that touch others lose more,
-    because more than two balls take part in each impact. Raises InvalidValue, UnknownName, and FileMissing where the
-    program `cradle-fmu` is missing.
+    into the default one of five balls. `contact`, from 1, chooses the two balls. In a row in touch all press
+    at once, and less energy is lost than by impacts of two, one after the other. Raises InvalidValue, UnknownName, and
+    FileMissing where the program `cradle-fmu` is missing.
     """
     if fmu is None:
         with build() as built:
