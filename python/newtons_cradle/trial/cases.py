@@ -85,7 +85,7 @@ CASES = {
     "grid": Case(
         "the communication grid",
         "The last point is the stop time.",
-        "All grids are right by the standard, but results at other times differ, and a cradle amplifies that.",
+        "All grids are right by the standard, but results at other times differ.",
         ("x[1]", "x[3]", "v[1]", "E_total"),
         {"shifted": "each row has the values of the communication point before"},
         stop=10.0,
