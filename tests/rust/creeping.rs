@@ -32,6 +32,26 @@ fn creeping_on_arcs_costs_little() {
     }
 }
 
+/// Overdamped contacts that hardly anything presses any more: overlaps far below the rounding of the balls' motion.
+#[test]
+fn creeping_overlaps_below_rounding_cost_little() {
+    for (balls, settings, until) in [
+        (
+            2,
+            "x_start=0 v_start=-0.04,0.08 pendulum.lengthRatio=1,1.1 contact.damping=1.7e6 contact.stiffness=1.7e11",
+            1.0,
+        ),
+        (2, "x_start=0 v_start=0.08,-0.04 ball.mass=0.1 contact.damping=2e6 contact.stiffness=1e9", 2.0),
+        (3, "x_start=-1.5,-1.5,0 v_start=0.1,0,-2 ball.mass=0.07 contact.damping=2e6 contact.stiffness=1e9", 2.0),
+    ] {
+        let p = cradle(balls, &format!("pendulum.model=circular contact.deadBand=0 {settings}"));
+        let mut engine = Engine::new(&p, &Inputs::zero(balls), 0.0).unwrap();
+        engine.advance_within(until, 1_000_000, &mut Unrecorded).unwrap();
+        assert!(engine.time() == until && engine.work().steps < 1000, "{settings}: {:?}", engine.work());
+        assert_energy(&engine, 1e-13, settings);
+    }
+}
+
 /// A ball creeps to where a force holds it: `b L angle' = F cos(angle) - m g sin(angle)`, with an inertia that is less
 /// than the square of `m omega / b`.
 #[test]

@@ -160,6 +160,20 @@ impl<'a> RadauStep<'a> {
         Stages::from_fn(|s, _| self.window.pair(j).change_by_relative(places, moves(s), relative[s]))
     }
 
+    /// Rounding in the change of the overlap of contact `j`, m. On arcs that is a difference of two displacements, or, for
+    /// equal pendulums, of their parts by which arcs differ from lines.
+    fn rounding_of_change(&self, j: usize) -> f64 {
+        let [left, right] = self.window.pair(j).balls;
+        if !left.on_arc {
+            return 0.0;
+        }
+        let part = |ball: &BallStages| match left.length == right.length {
+            true => (ball.response.displacement * ball.arc_correction).amax(),
+            false => ball.moved.amax(),
+        };
+        f64::EPSILON * part(&self.balls[j]).max(part(&self.balls[j + 1]))
+    }
+
     /// Solves the equations of all balls and pressing contacts.
     fn solve(&mut self) -> Option<()> {
         let mut first = 0;
@@ -203,8 +217,8 @@ impl<'a> RadauStep<'a> {
                 }
                 self.changes[j] += correction;
                 let size = self.window.contacts[j].overlap + self.changes[j].amax();
-                // The next correction would be of the order of the square.
-                done &= correction.amax() <= SQUARE * size;
+                // The next correction would be of the order of the square, or rounding.
+                done &= correction.amax() <= (SQUARE * size).max(self.rounding_of_change(j));
             }
             if done {
                 for j in first..end {
@@ -311,7 +325,7 @@ impl<'a> RadauStep<'a> {
         let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
         // The change of the overlap by the rounding of its rate.
         let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
-        let allowed = (relative * size).max(change) / length;
+        let allowed = (relative * size).max(change).max(self.rounding_of_change(j)) / length;
         let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
         integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
         let overlaps = self.changes[j].add_scalar(contact.overlap);
