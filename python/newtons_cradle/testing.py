@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def cradle() -> Iterator["Callable[..., nc.Fmu]"]:
-    """A function that builds FMUs and takes the arguments of `newtons_cradle.build`: `cradle(balls=13,
-    set={"contact.model": "hertz"})`; without arguments, the default FMU. Each is built once in a session, and closed at
-    its end."""
+    """A function that builds FMUs and takes the arguments of `newtons_cradle.build`, such as
+    `cradle(balls=13, set={"contact.model": "hertz"})`; without arguments, the default FMU. Each is built once in a
+    session, and closed at its end."""
     made: dict[str, nc.Fmu] = {}
 
     def cradle(**wanted: Any) -> nc.Fmu:

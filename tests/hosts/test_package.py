@@ -183,10 +183,10 @@ import newtons_cradle as nc
 import pytest
 from newtons_cradle.testing import assert_energy_kept, assert_pulse_order
 
-def test_package_three_balls(cradle):
+def test_three_balls(cradle):
     assert cradle(balls=3).balls == 3 and cradle(balls=3) is cradle(balls=3)
 
-def test_assertions_accept_right_and_refuse_wrong(cradle):
+def test_right_and_wrong(cradle):
     result = cradle().simulate(nc.figure5(), stop=2.0)
     assert_energy_kept(result)
     assert_pulse_order(result.pulses, [[2], [1, 3], [2, 4], [3]])
