@@ -37,7 +37,7 @@ def paper(_options) -> int:
         run(command, env=environment)
     with stage("3/3 the paper's experiments"):
         code = run([PYTHON, "examples/paper/run_all.py"], check=False)
-    if ENGINE.exists():  # as a part of a page: the live one goes beside the report
+    if ENGINE.exists():  # then the live page can be written beside the report
         say("\nThe cradle live, in a browser:")
         run([PYTHON, "-m", "newtons_cradle", "live", "--out", "out/cradle.html"])
     else:
@@ -70,7 +70,13 @@ def main() -> int:
     wheels.add_argument("--fmu", type=Path, metavar="FILE", help=included)
     wheels.set_defaults(function=lambda options: make_wheel(options.fmu))
     documents = commands.add_parser("docs", help=make_site.__doc__)
-    documents.add_argument("--out", type=Path, default=SITE, metavar="FOLDER", help="where to [default: %(default)s]")
+    documents.add_argument(
+        "--out",
+        type=Path,
+        default=SITE,
+        metavar="FOLDER",
+        help="where to write it; emptied first [default: %(default)s]",
+    )
     whose = "the FMU whose variables are shown [default: one that is built]"
     documents.add_argument("--fmu", type=Path, metavar="FILE", help=whose)
     documents.set_defaults(function=lambda options: make_site(options.out, options.fmu))

@@ -15,8 +15,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-# As the tests compile it, with the feature `engine`: alone, cargo would compile it without, and again for the next
-# tests.
+# Compiled together with the tests: cargo would compile it alone without the feature `engine`, and for the next tests
+# again.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
@@ -104,7 +104,7 @@ def make_venv(requirements: Path) -> None:
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
-    # The files list all dependencies. Python compiles modules at their first import, which most never see.
+    # The files list all dependencies. Modules are compiled at their first import; most are never imported.
     for file in (wanted, LINKERS) if wanted == ALL else (wanted,):
         run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))

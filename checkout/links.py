@@ -11,7 +11,8 @@ LINK = re.compile(r"(!?\[[^]]*]\()(?!https?:|#)([^)\s]+)")
 
 def repository(root: Path) -> str:
     """The repository's address, that of the README's line `git clone`."""
-    return re.search(r"git clone (\S+)", (root / "README.md").read_text(encoding="utf-8"))[1]
+    address = re.search(r"git clone (\S+)", (root / "README.md").read_text(encoding="utf-8"))[1]
+    return address.rstrip("/").removesuffix(".git")
 
 
 def site(address: str) -> str:

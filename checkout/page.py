@@ -75,5 +75,6 @@ def make_page(out: Path, or_skip: bool = False) -> int:
         run(command, cwd=ROOT / "web", env=environment)
     ENGINE.write_text(part(), encoding="utf-8")
     make_venv(SOME)
+    out = out.resolve()
     out.parent.mkdir(parents=True, exist_ok=True)
     return run([PYTHON, "-m", "newtons_cradle", "live", "--out", out], check=False)

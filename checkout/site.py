@@ -18,9 +18,11 @@ def make_site(out: Path, fmu: Path | None) -> int:
     """Makes the site of the documents, with search, to be read from the disk or from a server."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
-    with stage("1/4 Python packages"):
+    if out.exists() and any(out.iterdir()) and not (out / "search").is_dir():
+        raise Stop(f"--out {out} is refused: it would be emptied, and holds no site; allowed: a new or empty folder.")
+    with stage("Python packages"):
         make_venv(DOCS)
-    with stage("2/4 FMU, whose page lists the variables (the first time, compiling takes a minute)"):
+    with stage("FMU, whose page lists the variables (the first time, compiling takes a minute)"):
         if fmu is None:
             command, environment = fmu_build("cargo", "pack")
             run(command, env=environment)
@@ -33,13 +35,13 @@ def build(out: Path, fmu: Path) -> None:
     """Makes the site into a folder, which is emptied first, with packages and FMU that are there."""
     shutil.rmtree(PARTS, ignore_errors=True)
     PARTS.mkdir(parents=True)
-    with stage("3/4 rustdoc"):
+    with stage("rustdoc"):
         command = ["cargo", "doc", "--quiet", "--package", "newtons-cradle", "--no-deps", "--target-dir", RUSTDOC]
         run(command, env={"RUSTDOCFLAGS": "-Dwarnings"})
         folder = shutil.copytree(RUSTDOC / "doc", PARTS / "rust")
         for path in folder.rglob("*.md"):  # licences of fonts, not pages
             path.rename(path.with_suffix(".txt"))
-    with stage("4/4 mkdocs"):
+    with stage("mkdocs"):
         with zipfile.ZipFile(fmu) as archive:
             (PARTS / "fmu.html").write_bytes(archive.read("documentation/index.html"))
         for name in ("iframe-worker.js", "site.css"):

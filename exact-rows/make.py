@@ -21,7 +21,7 @@ import numpy as np
 from rigid import in_decimals, in_fractions
 
 HERE = Path(__file__).resolve().parent
-BUILT = HERE.parent / "target/benchmark"
+BUILT = HERE.parent / "target/exact-rows"
 LAWS = ("elastic", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic", "constantRestitution")
 INPUT = ("damping", "g_over_length", "mass", "x", "v", "stiffness", "gap")
 UNITS = {"x": "m", "v": "m/s", "peak": "N", "onset": "s", "release": "s", "loss": "J"}

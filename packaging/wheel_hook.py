@@ -30,6 +30,7 @@ class CustomMetadataHook(MetadataHookInterface):
 
     def update(self, metadata: dict[str, Any]) -> None:
         """Called when the metadata are gathered."""
+        # hatchling runs this file by its path, where nothing of the project can be imported.
         links = SimpleNamespace(**runpy.run_path(str(Path(self.root, "checkout/links.py"))))
         address = links.repository(Path(self.root))
         site = links.site(address)

@@ -1,10 +1,11 @@
-"""What this FMU predicts for published experiments with rows of balls, and how long it takes for rows of the benchmark.
+"""What this FMU predicts for published experiments with rows of balls, and how long it takes for exact rows.
 
-    python examples/engines/experiments.py
+    python examples/engines/experiments.py [--fmu FILE]
 
-Prints the numbers of docs/makers/engines.md, all from start values given here. It needs an FMU, as `cargo pack build --release` makes it.
+Prints the numbers of docs/makers/engines.md, all from start values given here, by the package's FMU or the one given.
 """
 
+import argparse
 import math
 import sys
 import time
@@ -23,6 +24,9 @@ ROWS = (  # gaps (m), and relaxation time
     ("five in touch, elastic", [0.0] * 4, 0.0),
     ("five in touch, e = 0.95", [0.0] * 4, TIME),
 )
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--fmu", type=Path, metavar="FILE")
+GIVEN = parser.parse_args()
 TIMED = ("equal-5-hertz", "siconos-monodisperse", "cradle-10-steel")
 
 
@@ -31,7 +35,7 @@ def collision(gaps: list[float], relaxation: float) -> None:
     n = len(gaps) + 1
     start = {"gravity": 0.0, "contact.gap": gaps, "x_start": [0.0] * n, "v_start[1]": 1.0, **STEEL}
     start |= {"contact.dampingLaw": "viscoelastic", "contact.relaxationTime": relaxation}
-    with nc.build(balls=n) as fmu, fmu.start(start) as run:
+    with nc.build(balls=n, binaries=GIVEN.fmu) as fmu, fmu.start(start) as run:
         run.step(0.01)
         print("   v ", *(f"{v:.4f}" for v in run["v"]))
         for pulse in run.pulses:
@@ -42,7 +46,10 @@ def collision(gaps: list[float], relaxation: float) -> None:
 def wave(speed: float) -> tuple[float, float]:
     """Beads of 1 kg with F = overlap^1.5 that a wave passes in a second, behind one that strikes at `speed` (m/s), by
     the times at which forces are largest; and its largest force (N)."""
-    with nc.build(balls=80) as fmu, fmu.start(nc.chain(1.5, 1, n=80) | {"v_start[1]": speed}) as run:
+    with (
+        nc.build(balls=80, binaries=GIVEN.fmu) as fmu,
+        fmu.start(nc.chain(1.5, 1, n=80) | {"v_start[1]": speed}) as run,
+    ):
         run.step(70 * speed**-0.2)
         first, last = (run.pulses[run.pulses["contact"] == contact][0] for contact in (30, 50))
     return 20 / (last["peak_time"] - first["peak_time"]), last["peak"]
@@ -51,7 +58,7 @@ def wave(speed: float) -> tuple[float, float]:
 def shortest(name: str) -> float:
     """Time (s) for a row of the benchmark in one step: the best of a hundred runs."""
     case, times = nc.benchmark(name), []
-    with nc.build(balls=case.n) as fmu:
+    with nc.build(balls=case.n, binaries=GIVEN.fmu) as fmu:
         for _ in range(100):
             with fmu.start(case.values) as run:
                 begin = time.perf_counter()

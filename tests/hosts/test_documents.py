@@ -23,6 +23,8 @@ pytestmark = pytest.mark.all
 LAST = "docs/paper.md"
 DOCUMENTS = [path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")]
 DOCUMENTS = ["README.md", *sorted(DOCUMENTS, key=lambda name: (name == LAST, name))]
+# Their links are checked as well.
+OTHERS = ["CONTRIBUTING.md", "CHANGELOG.md", ".github/SECURITY.md"]
 PAPER = "python3 cradle.py paper\n"
 # What would take long gets less to do: a build for the target that the first command has compiled for, fewer cases.
 LESS = {
@@ -105,6 +107,7 @@ def test_documents_links_lead_somewhere():
         "README.md",
         "docs",
         "tests/README.md",
+        *OTHERS,
     ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     wrong = [line for line in done.stdout.splitlines() if "[MD" in line and "'cradle.html'" not in line]

@@ -139,9 +139,11 @@ def test_example_engines_results_are_those_of_the_document(monkeypatch):
     assert all(f"=={version}\n" in pinned for version in results["versions"].values())
 
 
-def test_example_engines_page_shows_what_the_fmu_predicts():
+def test_example_engines_page_shows_what_the_fmu_predicts(fmu_path):
     """Velocities, the times of contacts, and the factors of a wave, but not how long the runs took."""
-    printed = ended(sys.executable, EXAMPLES / "engines/experiments.py").stdout.split("equal-5-hertz")[0]
+    printed = ended(sys.executable, EXAMPLES / "engines/experiments.py", "--fmu", fmu_path).stdout.split(
+        "equal-5-hertz"
+    )[0]
     page = (ROOT / "docs/makers/engines.md").read_text(encoding="utf-8")
     numbers = re.findall(r"-?\d\.\d{4,}", printed)
     assert len(numbers) > 20 and [number for number in numbers if number not in page] == []

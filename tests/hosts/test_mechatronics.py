@@ -126,7 +126,7 @@ def by_fmpy(archive, parameter_set, h, steps, names):
 
 
 def by_another_host(host, archive, parameter_set, h, steps, names):
-    """The same by `host` in a process of its own, with the structure of a preset."""
+    """Runs a preset of the system structure in `host`, in a process of its own."""
     folder = archive.with_name(f"{archive.stem}_{parameter_set}_{host}_{steps}")
     with zipfile.ZipFile(archive) as opened:
         opened.extractall(folder)
@@ -159,7 +159,7 @@ def test_ssp_hosts_run_the_presets(couple, fmu, host, preset):
 @pytest.mark.parametrize("h", [0.1, 0.05])
 @LANGUAGES
 def test_ssp_hosts_couple_the_machine(couple, language, host, h):
-    """All of them hold what the last step gave: the error of that, 0.04 m and 0.02 m, is the same in all."""
+    """Each host holds the outputs of the last step: the error of that, 0.04 m and 0.02 m, is the same in all."""
     given = couple(language)[0] / "machine.ssp", "start", h, round(5.0 / h), [*BALLS, "plant.s"]
     ours = by_fmpy(*given)
     assert np.abs(ours).max() > 0.15

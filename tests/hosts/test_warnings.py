@@ -51,6 +51,8 @@ NEEDY = [
     ),
     ("contact.restitution", 0.5, [RIGID | ALL_ELASTIC], [RIGID], "a contact.lossRatio above 0"),
     ("contact.damping", 5.0, [ALL_ELASTIC], [ONE_ELASTIC], "a contact.lossRatio above 0"),
+    ("contact.huntCrossley", 0.3, [HUNT_CROSSLEY | ALL_ELASTIC], [HUNT_CROSSLEY], "a contact.lossRatio above 0"),
+    ("contact.relaxationTime", 1e-6, [VISCOELASTIC | ALL_ELASTIC], [VISCOELASTIC], "a contact.lossRatio above 0"),
     ("solver.tolerance", 1e-9, [RK4], [{}], "solver.method = eventDriven, bdf or adams"),
     ("solver.fixedStep", 1e-5, [{}], [RK4], "solver.method = rk4"),
 ]

@@ -171,7 +171,7 @@ fn output_into_a_closed_pipe_ends_quietly_and_a_full_disk_with_a_line() {
     assert_eq!(ended(&mut folder.command(&refused, "")).code, 2);
 }
 
-/// By name or by number: the same FMU.
+/// The item's name and its number give the same FMU.
 #[test]
 fn build_takes_enumerations_by_name_or_number() {
     let folder = Folder::new("items");

@@ -24,7 +24,7 @@ fn problems(fmu: &[u8]) -> String {
 static SMALL: LazyLock<Entries> =
     LazyLock::new(|| build::entries(&Recipe::default(), &Description::of(&START), vec![]).unwrap());
 
-/// The same with this entry, or without it.
+/// A small FMU with other `contents` of the entry `name`, or without the entry.
 fn with(name: &str, contents: Option<&[u8]>) -> Vec<u8> {
     let mut entries = SMALL.clone();
     match contents {

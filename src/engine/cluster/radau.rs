@@ -160,18 +160,20 @@ impl<'a> RadauStep<'a> {
         Stages::from_fn(|s, _| self.window.pair(j).change_by_relative(places, moves(s), relative[s]))
     }
 
-    /// Rounding in the change of the overlap of contact `j`, m. On arcs that is a difference of two displacements, or, for
-    /// equal pendulums, of their parts by which arcs differ from lines.
+    /// Rounding in the change of the overlap of contact `j`, m: that of the two displacements whose difference it is.
+    /// For equal oscillators only what their arcs add is computed for each ball; for arcs of different radii all of it.
     fn rounding_of_change(&self, j: usize) -> f64 {
-        let [left, right] = self.window.pair(j).balls;
-        if !left.on_arc {
-            return 0.0;
-        }
-        let part = |ball: &BallStages| match left.length == right.length {
-            true => (ball.response.displacement * ball.arc_correction).amax(),
-            false => ball.moved.amax(),
+        let (window, [left, right]) = (self.window, self.window.pair(j).balls);
+        let same = window.balls[j].oscillator == window.balls[j + 1].oscillator;
+        let displacement = |i: usize| {
+            let ball = &self.balls[i];
+            match left.on_arc && left.length != right.length {
+                true => ball.moved,
+                false if same => ball.response.displacement * ball.arc_correction,
+                false => ball.response.displacement * (ball.free_acceleration + ball.arc_correction + self.pressed(i)),
+            }
         };
-        f64::EPSILON * part(&self.balls[j]).max(part(&self.balls[j + 1]))
+        f64::EPSILON * displacement(j).amax().max(displacement(j + 1).amax())
     }
 
     /// Solves the equations of all balls and pressing contacts.
@@ -325,7 +327,7 @@ impl<'a> RadauStep<'a> {
         let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
         // The change of the overlap by the rounding of its rate.
         let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
-        let allowed = (relative * size).max(change).max(self.rounding_of_change(j)) / length;
+        let allowed = (relative * size).max(change).max(RATES * self.rounding_of_change(j)) / length;
         let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
         integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
         let overlaps = self.changes[j].add_scalar(contact.overlap);

@@ -25,9 +25,9 @@ pub const STOP_TIME: f64 = 10.0;
 /// Communication step of the default experiment, s.
 pub const STEP_SIZE: f64 = 0.01;
 
-/// The prose and the fixed attributes.
+/// The prose and the fixed attributes of FMI 2.0's description.
 const TEMPLATE: &str = include_str!("../../../modelDescription.xml.in");
-/// The same for FMI 3.0.
+/// The prose and the fixed attributes of FMI 3.0's description.
 const TEMPLATE_OF_FMI3: &str = include_str!("../../fmi3/modelDescription.xml.in");
 
 /// Namespace of the GUIDs: any constant, but never another one.
