@@ -69,8 +69,8 @@ export class Stage {
     const { source } = this, pulses = source.takePulses();
     this.hand.follow();
     this.heard.follow();
-    const inside = this.app.clock.inside && source.shownClick?.most.force;
-    this.scene.shine(source.state, pulses, Math.max(source.track.most.force, inside || 0), passed);
+    const { inside } = this.app.clock, most = Math.max(source.track.most.force, inside && source.shownClick?.most.force || 0);
+    this.scene.shine(source.state, pulses, most, inside ? 0 : passed);
     return pulses;
   }
 

@@ -10,7 +10,8 @@ const SHORTER = 0.68; // the least factor by which strings are shortened on a wi
 const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees all flat
 const LARGEST = 110; // px, the radius of a ball
 const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
-const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
+const AFTERGLOW = 0.12; // s on the viewer's clock that a contact shines after its pulse
+const SEEN = 2;         // px: a gap as wide as that is seen, and nothing shines across it
 
 /** How balls look by the ratio of their Young's modulus to that of steel: the largest of each metal, and its parts of
  *  red, green and blue: as lead is, brass, steel, and what is stiffer. */
@@ -97,19 +98,18 @@ export class Scene {
   contacts(places) {
     return places.slice(1).map((right, i) => {
       const left = places[i].at, way = minus(right.at, left), touching = this.sizes[i] + this.sizes[i + 1];
-      const away = Math.hypot(...way) / touching - 1;
-      // What has parted does not shine any more.
-      const strength = Math.sqrt(this.glow[i] ?? 0) * Math.max(0, 1 - 4 * away);
-      return { ...this.lens.place(plus(left, way, this.sizes[i] / touching)), away, strength };
+      const away = Math.hypot(...way) / touching - 1, place = this.lens.place(plus(left, way, this.sizes[i] / touching));
+      const closed = Math.min(1, Math.max(0, 1 - (away * touching * place.unit) / SEEN));
+      return { ...place, away, strength: Math.sqrt(this.glow[i] ?? 0) * closed };
     });
   }
 
-  /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's
-   *  clock. */
+  /** Lets contacts shine by their force now, as a part of the `strongest`. Where clicks pass too fast to be seen, they
+   *  flash: by the last pulses, `passed` s of the viewer's clock after them; 0: time stands still, or slows at a click. */
   shine(state, pulses, strongest, passed) {
-    const fade = Math.exp((-3 * passed) / AFTERGLOW);
+    const fade = passed > 0 ? Math.exp((-3 * passed) / AFTERGLOW) : 0;
     this.glow = Array.from(state.F, (force, i) => Math.max((this.glow[i] ?? 0) * fade, Math.max(0, force) / strongest));
-    for (const { contact, peak } of pulses)
+    if (passed > 0) for (const { contact, peak } of pulses)
       this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
   }
 
