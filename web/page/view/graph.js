@@ -155,7 +155,7 @@ export class Graph {
         if (Math.abs(other.x - label.x) < half + other.half && Math.abs(other.y - label.y) < high)
           label.y = other.y - high;
     });
-    this.labels = placed.filter(({ y }) => y > title + 0.3 * small);
+    this.labels = placed.filter(({ y }) => y > title);
     for (const { peak: [x, foot], y, colour } of this.labels) if (y < foot) line(c, [[x, foot], [x, y]], colour);
     for (const { text, x, y, colour } of this.labels) rimmed(c, text, x, y, colour, theme.back);
   }

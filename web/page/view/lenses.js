@@ -7,7 +7,7 @@ import { FONT, say } from "#view/texts.js";
 const LEAST = 12, LARGEST = 84; // px, the radius of a lens
 const BLIND = 3.6;  // half widths of a lens: surfaces that far apart are out of its sight
 const FAR = 0.25;   // of the distance between touching balls: so far apart they have no lens
-const FITS = 0.92;  // part of the distance between contacts that a text may take
+const FITS = [0.85, 0.92]; // parts of the distance between contacts that numbers, and words, may take
 
 /** Draws a lens for each contact, with its numbers; `reach` (m) is half of what it shows. */
 export function drawLenses(scene, state, { reach, theme, opacity }) {
@@ -20,7 +20,7 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
   const size = Math.max(SMALL, 0.66 * letters, Math.min(18, 0.41 * unit)), font = `600 ${size}px ${FONT}`;
   Object.assign(c, { globalAlpha: opacity, font, textAlign: "center", textBaseline: "alphabetic" });
   const gaps = Array.from(state.overlap, (depth) => -depth); // m until the law acts; negative while it does
-  const captions = captionsOf(c, gaps, reach, FITS * room);
+  const captions = captionsOf(c, gaps, reach, room);
   touches.forEach(({ x, y, away }, i) => {
     if (away > FAR) return;
     const gap = gaps[i] / reach, seen = gap < BLIND, centre = { x, y: y - scene.largest * unit - radius - 0.55 * unit };
@@ -43,7 +43,7 @@ function captionsOf(c, gaps, reach, room) {
   const wide = (text) => c.measureText(text).width, last = gaps.length - 1;
   const all = gaps.map((gap) =>
     [withPrefix(Math.abs(gap), "m", 2, reach), say(gap < 0 ? "lensPressed" : "lensGap")]);
-  const [units, words] = [0, 1].map((k) => all.every((texts) => wide(texts[k]) < room));
+  const [units, words] = [0, 1].map((k) => all.every((texts) => wide(texts[k]) < FITS[k] * room));
   return all.map(([length, word], i) => {
     const [number] = length.split(" "), aside = units || i < last ? 0 : 0.5 * (wide(length) - wide(number));
     return [{ text: units || i === last ? length : number, aside }, ...(words ? [{ text: word, aside: 0 }] : [])];
