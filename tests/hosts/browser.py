@@ -18,6 +18,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 
 SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
 SIZES |= {"tablet": (768, 1024), "small": (320, 568), "low": (640, 400)}
+SCREENS = SIZES | {"projector": (1920, 1080)}
 
 # Pages draw 20 times a second: without a GPU, pictures take more processor time than all else that is tested.
 FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
@@ -77,7 +78,7 @@ class Browser(webdriver.Chrome):
 
     def set_screen(self, size: str = "desktop", *, dark: bool = False, still: bool = False) -> None:
         """The size of what is seen, the colours that the user prefers, and whether motion is to be reduced."""
-        width, height = SIZES[size]
+        width, height = SCREENS[size]
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         wishes = {

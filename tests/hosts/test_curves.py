@@ -1,5 +1,6 @@
 """The curves of the page, as they are drawn: what the engine computes, at a click as well, live and in recordings."""
 
+import re
 from itertools import pairwise
 
 import newtons_cradle as nc
@@ -11,6 +12,7 @@ pytestmark = pytest.mark.all
 
 PRESETS = ("figure5", "steel", "desk")
 NEAR = 2.5  # px, a line's width and what lies between two samples
+COARSE = 5  # px, where a sample lies within pulses at the same time: what each has done by then is not known
 
 #: Stands still, draws the strips once, and tells what lines and bars are drawn in each colour, with how times and values
 #: lie on the canvas: {force, velocity}, each with `curves` {colour: lines of points}; the labels, and the pulses.
@@ -32,7 +34,7 @@ prototype.fillRect = function (x, y, w, h) {
 const {drawAxes} = graph;
 graph.drawAxes = function (kind, view) {
   drawAxes.call(this, kind, view);
-  const {left, right, place, level} = view, [x, y, most] = [place(left), level(0), view.most];
+  const {left, right, place, level} = view, [x, y, most] = [place(left), level(0), level.most];
   row = found[kind] = {curves: {}, left, right, x, scale: (place(right) - x) / (right - left), y,
     rise: (level(most) - y) / most, colours: Array.from(this.track.curves[kind], (_, i) => {
       kept.beginPath.call(this.context);
@@ -85,7 +87,7 @@ def exact_times(row, pulses, steps) -> np.ndarray:
     return times[(times >= max(left, 0)) & (times <= right)]
 
 
-def assert_drawn(page, recipe: dict, pulses, steps=()) -> None:
+def assert_drawn(page, recipe: dict, pulses, steps=(), near: float = NEAR) -> None:
     """Each curve lies on that of the engine, and nothing of that is missing but how velocities change within a pixel in
     `steps`, (onset, release) in s."""
     found, *_ = page.js(DRAWN)
@@ -103,7 +105,7 @@ def assert_drawn(page, recipe: dict, pulses, steps=()) -> None:
             away, missing = (KDTree(a).query(b)[0] for a, b in ((wanted, drawn), (drawn, wanted)))
             if kind == "force":
                 away = away[drawn[:, 1] < row["y"] - 2 * NEAR]
-            assert max(away) < NEAR and max(missing) < NEAR, (kind, i)
+            assert max(away) < near and max(missing) < near, (kind, i)
 
 
 #: To shortly before the next onset, in steps of a picture.
@@ -150,7 +152,7 @@ def test_curves_recorded_are_those_of_the_engine(browser, runs, tmp_path, which,
             steps[-1][1] = max(steps[-1][1], pulse["release"])
         else:
             steps.append([pulse["onset"], pulse["release"]])
-    assert_drawn(browser, recipe, pulses, steps)
+    assert_drawn(browser, recipe, pulses, steps, COARSE if which else NEAR)
 
 
 #: Into the next click of what runs, or is recorded, where it stands still.
@@ -192,3 +194,86 @@ def test_labels_of_forces_stand_at_their_peaks(browser, live_path, fmu, tmp_path
     for k, a in enumerate(boxes):
         for b in boxes[:k]:
             assert min(a[1], b[1]) <= max(a[0], b[0]) or min(a[3], b[3]) <= max(a[2], b[2]), (labels, k)
+
+
+#: Of the first label of a single pulse, where time stands at the peak: how many pixels below it have the time line's
+#: colour, of all within the label's height there.
+STRUCK = """
+const {strips: {graph}} = cradle.stages[0], {canvas, small, labels} = graph, ratio = canvas.width / canvas.clientWidth;
+const {contacts: [contact]} = labels.find(({contacts}) => contacts.length === 1);
+const {click} = source, pulse = click.pulses.find((pulse) => pulse.contact === contact);
+cradle.seek(click.samples.peakTime(pulse));
+cradle.stages[0].draw(cradle.theme);
+const {x, y} = graph.labels.find(({contacts}) => String(contacts) === String(contact));
+const parts = (text) => text.match(/[0-9a-f]{2}/g).map((two) => parseInt(two, 16));
+const ink = parts(cradle.theme.ink), height = Math.round(small * ratio);
+const {data} = canvas.getContext("2d").getImageData(Math.round(x * ratio), Math.round((y - small) * ratio), 1, height);
+const struck = Array.from({length: height}, (_, k) =>
+  ink.every((part, i) => Math.abs(data[4 * k + i] - part) < 30) && data[4 * k + 3] > 200);
+return [struck.filter(Boolean).length, height]"""
+
+
+def test_labels_of_forces_are_not_struck_by_the_time_line(page):
+    page.js("cradle.choose('figure5')")
+    page.js(INSIDE)
+    page.wait("cradle.clock.inside && source.shownClick.sampled")
+    page.drawn()
+    struck, height = page.js(STRUCK)
+    assert struck == 0 < height
+
+
+@pytest.mark.parametrize(("preset", "below"), [("figure5", 0), ("steel", 0.25)])
+def test_curves_inside_a_click_fill_their_row(page, preset, below):
+    """The scale of velocities goes below 0 as far as balls move to the left; outside, as far as above."""
+    ends = """const [stage] = cradle.stages, {graph} = stage.strips, {drawAxes} = graph, found = {};
+      graph.drawAxes = (kind, {level}) => { found[kind] = level.least / level.most; };
+      cradle.set('velocity', true);
+      stage.draw(cradle.theme);
+      delete graph.drawAxes;
+      return found.velocity"""
+    page.js("cradle.choose(arguments[0]); cradle.lift(2); cradle.setRunning(false)", preset)
+    assert page.js(ends) == -1
+    page.js(INSIDE)
+    page.wait("cradle.clock.inside && source.shownClick.sampled")
+    assert page.js(ends) == pytest.approx(-below)
+
+
+def test_curves_beside_each_other_have_one_scale(page):
+    """Arrows and strips, of velocities that differ."""
+    page.js("cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz'); cradle.set('velocity', true)")
+    page.wait("source.run.time > 0.7")
+    page.js("cradle.setRunning(false)")
+    page.drawn()
+    most = page.js("return cradle.sources.map(({track}) => track.most.velocity)")
+    assert most[1] > 1.05 * most[0]
+    rise = """const ends = [];
+      for (const stage of cradle.stages) {
+        const {scene, strips: {graph}} = stage, {drawAxes} = graph, {drawArrows} = scene;
+        graph.drawAxes = function (kind, view) { ends.push([view.level.most, view.level(0)]);
+          drawAxes.call(this, kind, view); };
+        scene.drawArrows = function (places, state, most, theme) { ends.push(most);
+          drawArrows.call(this, places, state, most, theme); };
+        stage.draw(cradle.theme);
+        delete graph.drawAxes;
+        delete scene.drawArrows;
+      }
+      return ends"""
+    arrows, strip, *others = page.js(rise)
+    assert others == [arrows, strip] and arrows == pytest.approx(most[1]) and strip[0] >= most[1]
+
+
+@pytest.mark.parametrize(("size", "least"), [("small", 11), ("desktop", 13), ("projector", 16)])
+def test_letters_of_strips_can_be_read(page, size, least):
+    """On a phone, a desk and a projector (px); names and values are set apart, and each unit stands once."""
+    page.set_screen(size)
+    page.js("cradle.choose('desk'); cradle.lift(1)")
+    page.js("for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.set(kind, true)")
+    page.wait("source.run.time > 0.3")
+    page.drawn()
+    letters = "const size = (name) => parseFloat(getComputedStyle(document.querySelector(name)).fontSize);"
+    small = "cradle.stages[0].strips.graph.small"
+    sizes = page.js(f"{letters} return [{small}, size('.titles p'), size('.more')]")
+    assert min(sizes) >= least
+    titles = page.js("return [...document.querySelectorAll('.titles p')].map((row) => row.textContent)")
+    for title in titles[:2]:
+        assert len(re.findall(r"\bk?N\b|m?m/s", title)) == 1 and len(re.findall(r"\d: [\u2212\d]", title)) > 3, title

@@ -54,7 +54,7 @@ def test_heard_lesson_is_followed_by_ear_and_keys(browser, live_path):
     pushes = re.findall(r"Ball (\d) pushes ball (\d) after ([\d.]+) µs with up to ([\d.]+) kN", told)
     assert len(pushes) == 6 and pushes[0][:3] == ("2", "3", "0") and pushes[-1][:2] == ("3", "4")
     assert {float(force) for *_, force in pushes} == {35.3}
-    assert told.endswith("ball 4 100 %, ball 5 100 %.")
+    assert told.endswith("ball 4 at 100 %, ball 5 at 100 %.")
     heard(browser, "You said 2, and 2 balls flew out")
     assert read(browser).startswith("1/6 Two up, two out")
     for step in range(2, 7):
@@ -64,14 +64,14 @@ def test_heard_lesson_is_followed_by_ear_and_keys(browser, live_path):
         browser.js("heard.length = 0")
         if step == 3:
             heard(browser, "Balls 2 and 3 meet in", 240)
-            heard(browser, "The click took 176 µs: 6 pushes", 240)
+            heard(browser, "The click took 176.µs: 6 pushes", 240)
         if step not in (4, 6):
             continue
         assert ("steel balls that touch" if step == 4 else "weighs half as much") in read(browser)
         browser.keys("2")
         browser.keys("i")  # without slow motion
         told = heard(browser, "A click at")
-        last = "ball 5 114 %." if step == 4 else "ball 4 33 %, ball 5 133 %."
+        last = "ball 5 at 114 %." if step == 4 else "ball 4 at 33 %, ball 5 at 133 %."
         assert told.endswith(last) and "pushes ball 5" in told
         heard(browser, "but 3 balls flew out" if step == 4 else "You said 2, and 2 balls flew out")
     go_to(browser, "End the lesson")
@@ -91,7 +91,7 @@ def test_heard_ball_is_lifted_by_ear_and_keys(page):
     assert page.js("return document.activeElement.min <= -60")
     page.keys(Keys.ENTER)
     told = heard(page, "A click at")
-    assert "Ball 1 pushes ball 2 after 0 µs" in told and told.endswith("ball 5 100 %.")
+    assert "Ball 1 pushes ball 2 after 0 µs" in told and told.endswith("ball 5 at 100 %.")
     page.wait("cradle.stages[0].canvas.ariaLabel.endsWith('Ball 5 moves.')")
     others = "[...document.querySelectorAll('.sliders input')].slice(1, 4).map((ball) => ball.ariaValueText)"
     assert page.js(f"return {others}") == ["hanging down"] * 3

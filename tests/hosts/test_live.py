@@ -49,22 +49,22 @@ CAPTIONS = {
         "Balls 2 and 3 part. Balls 4 and 5 part. Nothing touches.",
         "Ball 3 touches ball 4.",
         "The click took 176 µs: 6 pushes.",
-        "Compared with the incoming speed: ball 4 100 %, ball 5 100 %.",
+        "Compared with the incoming speed: ball 4 at 100 %, ball 5 at 100 %.",
     ],
     ("steel", 2): [
         "Balls 2 and 3 meet in 21 µs.",
-        "Ball 2 touches ball 3. 4 contacts press at once.",
+        "All four contacts press at once.",
         "Ball 2 still touches ball 3 when ball 1 leaves.",
         "Ball 3 still touches ball 4 when ball 5 leaves.",
         "Ball 3 still touches ball 4 when ball 2 leaves.",
         "The click took 586 µs: 4 pushes.",
         "Compared with the incoming speed: "
-        "ball 1 \N{MINUS SIGN}11 %, ball 2 \N{MINUS SIGN}4 %, ball 3 21 %, ball 4 80 %, ball 5 114 %.",
+        "ball 1 at \N{MINUS SIGN}11 %, ball 2 at \N{MINUS SIGN}4 %, ball 3 at 21 %, ball 4 at 80 %, ball 5 at 114 %.",
     ],
     ("rigid", 1): [
         "Balls 1 and 2 meet in 21 µs.",
         "Rigid balls: 4 impacts in no time at all. There is no inside to look at.",
-        "Compared with the incoming speed: ball 5 100 %.",
+        "Compared with the incoming speed: ball 5 at 100 %.",
     ],
 }
 
@@ -310,6 +310,40 @@ def test_live_losses_are_told_by_every_law(page, link, told, sliders):
     page.wait("!source.pending")
     own = [law, name] if told else ["huntCrossley", "contact.huntCrossley"]
     assert page.js(NOW) == [*own, listed.get(name, 0.5)] != [law, name, before]
+
+
+#: At instants of a click: forces as parts of its largest one, and how much the contacts glow.
+GLOW = """return Array.from({length: 41}, (_, k) => {
+  const {click} = source, [stage] = cradle.stages;
+  cradle.seek(click.begin + (k / 40) * click.length);
+  stage.follow(0);
+  return [Array.from(source.state.F, (force) => Math.max(0, force) / click.most.force), Array.from(stage.scene.glow)];
+})"""
+
+
+#: After the first click in real time: how the contacts glow at once, how much of that is seen when the run has gone on
+#: for a tenth of a second, and how they glow where time stands still.
+FLASH = """const [stage] = cradle.stages, {scene} = stage;
+cradle.clock.slowAt("no");
+cradle.letGo(cradle.lifted);
+while (!source.pulses.length || source.touches) source.advance(source.time + 1e-3);
+stage.follow(0.02);
+const flash = [...scene.glow];
+source.advance(source.time + 0.1);
+stage.follow(0.02);
+const seen = scene.contacts(scene.places(source.state)).map(({strength}) => strength);
+stage.follow(0);
+return [flash, seen, [...scene.glow]]"""
+
+
+def test_live_contacts_glow_by_their_force(page):
+    """In slow motion; in real time they flash, but not across a gap that is seen, and not while time stands still."""
+    page.js("cradle.choose('desk'); cradle.lift(1); cradle.setRunning(false); cradle.clock.slowAt('always')")
+    page.js("while (!source.click?.sampled) source.advance(source.time + 0.9 * source.ahead(Infinity).distance)")
+    forces, glow = np.swapaxes(page.js(GLOW), 0, 1)
+    assert glow == pytest.approx(forces) and glow.max() > 0.9 and (glow == 0).any()
+    flash, seen, still = page.js(FLASH)
+    assert flash[3] > 0.5 and seen[3] == 0 and still == [0] * 4
 
 
 def test_live_inside_a_click(page):

@@ -329,7 +329,7 @@ def test_lesson_asks_after_a_hand_and_goes_on_without_an_answer(page):
     shown = page.js("return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
     assert shown == ["asks", False, 0]
     lifted = page.js("return source.setup.values.x_start[0]")
-    assert page.js("return source.state.x[0]") == lifted < -0.01
+    assert page.js("return source.state.x[0]") == pytest.approx(lifted) and lifted < -0.01
     page.keys("2")  # a guess, not two balls to be lifted
     assert page.js("return [cradle.lesson.phase, source.setup.values.x_start[0]]") == ["waits", lifted]
     page.js("cradle.lift(1)")
@@ -343,6 +343,14 @@ def test_lesson_asks_after_a_hand_and_goes_on_without_an_answer(page):
     assert "&ask" in page.js("return linkTo(cradle)")
 
 
+def emphasised(page) -> list[bool]:
+    """Whether answers, and the next step, are seen in the colour of what is to be done."""
+    colours = """const colour = (item) => getComputedStyle(item).backgroundColor;
+      const [guess] = document.querySelectorAll("#guesses button"), {nextStep, play} = cradle.controls;
+      return [guess, nextStep].map((item) => item.checkVisibility() && colour(item) !== colour(play))"""
+    return page.js(colours)
+
+
 def test_lesson_is_presented_step_by_step(page, live_path):
     """The head of the page does not give the answer away; each step has its link, and Escape leaves."""
     page.visit(live_path, "#present")
@@ -354,15 +362,20 @@ def test_lesson_is_presented_step_by_step(page, live_path):
         assert page.js("return cradle.stages[0].scene.glow.some(Boolean)") is False or not asked
         assert page.seen("#guesses") is asked
         if asked:
+            assert emphasised(page) == [True, False]
             assert page.find("#about").text == TEXTS["en"]["lessons"][step - 1]["asked"]
             assert not page.seen(".strips")  # nothing has moved yet
+            page.set_screen("low")
+            assert page.seen("#about")
+            page.set_screen()
             guess(page, 2)
+            assert emphasised(page) == [False, step < 6]
             page.js("cradle.clock.slowAt('no')")
             page.wait("cradle.lesson.phase === 'knows'")
         if step == 2:  # the unit of the scale, however small the value
             page.wait("source.run.time > 0.4")
             curves = page.js("cradle.setRunning(false); return cradle.stages[0].strips.titles.textContent")
-            assert re.search(r"Momentum\s+\S+ kg m/s", curves), curves
+            assert re.search(r"Momentum \(kg m/s\)\s+[\d.]+ ", curves), curves
         titles.append(page.find("h1").text)
         assert not page.seen("#openers")
         if step < 6:

@@ -67,16 +67,15 @@ def test_recorded_page_is_drawn(player):
     assert colours(cradle) > 500 and colours(strips) > 20
     player.js("cradle.clock.slowAt('always')")
     player.js("const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
-    shown = "Forces 1\u20132 0 kN 2\u20133 15.8 kN 3\u20134 0 kN 4\u20135 0 kN"
+    shown = "Forces (kN) 1\u20132: 0 2\u20133: 15.8 3\u20134: 0 4\u20135: 0"
     assert " ".join(player.text(".titles p").split()) == shown
-    assert "in contacts 12.5 mJ" in player.text(".titles p:nth-child(2)")
+    assert "in contacts: 12.5" in player.text(".titles div:nth-child(2)")
     away = strips.size["width"] // 5
     ActionChains(player).move_to_element_with_offset(strips, away, -30).perform()
     player.wait("cradle.stages[0].strips.pointer !== null")
     at = "const {strips} = cradle.stages[0]; return strips.graph.timeAt(strips.pointer, strips.window)"
     _, _, _, forces = state(player, player.js(at))
-    shown = re.findall(r"\u2013\d ([\d.]+) (k?)N", player.text(".titles p"))
-    numbers = [float(number) * (1000 if kilo else 1) for number, kilo in shown]
+    numbers = [1000 * float(number) for number in re.findall(r"\u2013\d: ([\d.]+)", player.text(".titles p"))]
     assert numbers == pytest.approx(forces, rel=5e-3) and max(forces) > 1000 and forces[2] != forces[3]
     player.js(STOP)
     before = cradle.screenshot_as_png
@@ -124,16 +123,22 @@ def test_recorded_page_click_is_gone_through_by_buttons(player):
     player.wait("cradle.clock.inside")
     player.js("cradle.setRunning(false); cradle.seek(source.shownClick.begin - 1e-7)")
     assert player.text(".sentence") == "Balls 2 and 3 meet in 100 ns."
-    assert "Slowed" in player.text("#pace")
+    assert "Slowed" in player.text("#pace") and player.text("#factor") == player.text("#pace")
+    assert not player.find("#speed").is_enabled()
     for sentence, begin in zip(CAPTIONS["textbook", 2][1:8], BEGINS, strict=True):
         player.press("next")
         assert player.text(".sentence") == sentence
         assert player.text(".detail").startswith(f"{begin} after the first touch")
+    player.js("const {pulses: [first]} = source.shownClick; cradle.seek(0.5 * (first.onset + first.release))")
+    assert player.text(".detail").endswith("strongest: 2\u20133 with 15.8 kN")
+    player.js("cradle.seek(source.shownClick.pulses.at(-1).onset)")
     player.press("next")
     assert player.text(".sentence") == "The click took 90.4 µs: 6 pushes."
     assert player.text(".detail").startswith(CAPTIONS["textbook", 2][-1])
     player.press("inside")
     assert player.js("return cradle.clock.rate") == 1
+    player.drawn()
+    assert player.find("#speed").is_enabled()
     assert player.text("#inside") == "Look inside a click"
     # Behind the last one there is none to wait for.
     player.js("cradle.clock.slowAt('next'); cradle.seek(source.end)")

@@ -15,7 +15,7 @@ import { FILES, learnDefaults, PRESETS } from "#engine/setup.js";
 import { aria, unpacked, write } from "#view/common.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
-import { learn, paceText, say, speak, textsOf } from "#view/texts.js";
+import { learn, paceText, say, speak, textsOf, unbroken } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
@@ -84,15 +84,17 @@ class App {
     const { lesson, stages, controls, sources: [{ live }] } = this, { title, text } = lesson.heading ?? {};
     controls.title.textContent = title ?? say("title");
     const about = live ? this.preset ?? "own" : "recorded";
-    controls.about.textContent = text ?? say(`about.${about}`, { name: stages[0].named });
-    for (const { heading, named } of stages) heading.textContent = stages.length > 1 ? named : "";
+    const several = stages.length > 1, asks = lesson.phase === "asks";
+    controls.about.textContent = text ?? (several ? "" : say(`about.${about}`, { name: stages[0].named }));
+    for (const { heading, named } of stages) heading.textContent = several ? unbroken(named) : "";
     for (const name of ["again", "rest", "inside", "goOn"]) controls[name].hidden = !offers(this, name);
+    controls.inside.hidden ||= asks; // it would tell the answer
     controls.space.hidden = !this.offersSpace;
     write(controls.space, say(this.space ? "flat" : "others.space"));
     controls.view.hidden = !this.space;
-    controls.guesses.hidden = lesson.phase !== "asks";
-    document.body.classList.toggle("two", stages.length > 1);
-    document.body.classList.toggle("present", lesson.step !== null);
+    controls.guesses.hidden = !asks;
+    for (const [name, on] of Object.entries({ two: several, present: lesson.step !== null, asks }))
+      document.body.classList.toggle(name, on);
     showLink(this);
   }
 
@@ -259,8 +261,9 @@ class App {
     this.timeline.show(source);
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${source.now.toFixed(digits)} s`;
-    pace.textContent = paceText(clock.rate);
-    pace.classList.toggle("slow", clock.rate < 0.5);
+    const slow = clock.rate < 0.5;
+    pace.textContent = clock.running || slow ? paceText(clock.rate) : say("paused");
+    pace.classList.toggle("slow", slow);
     write(play, say(clock.running ? "pause" : "play"));
     write(view, say(`views.${this.eye.next}`));
     write(inside, say(clock.inside ? "insideNow" : "inside"));

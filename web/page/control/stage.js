@@ -5,9 +5,10 @@ import { Heard } from "#control/heard.js";
 import { Strips } from "#control/strips.js";
 import { aria, element, write } from "#view/common.js";
 import { captionOf, describeSetup } from "#view/captions.js";
-import { drawLenses, Scene } from "#view/scene.js";
+import { drawLenses } from "#view/lenses.js";
+import { Scene } from "#view/scene.js";
 import { Scene3D } from "#view/scene3d.js";
-import { say } from "#view/texts.js";
+import { say, unbroken } from "#view/texts.js";
 
 const MOVES = 0.05; // of the fastest ball's speed: a slower ball is not said to move
 const STILL = 1e-6; // m/s
@@ -69,25 +70,39 @@ export class Stage {
     const { source } = this, pulses = source.takePulses();
     this.hand.follow();
     this.heard.follow();
-    const inside = this.app.clock.inside && source.shownClick?.most.force;
-    this.scene.shine(source.state, pulses, Math.max(source.track.most.force, inside || 0), passed);
+    const { inside } = this.app.clock, click = inside ? source.shownClick?.most.force : 0;
+    this.scene.shine(source.state, pulses, Math.max(source.track.most.force, click ?? 0), inside ? 0 : passed);
     return pulses;
+  }
+
+  /** The largest value of this kind that is shown, in all cradles that are compared; `inside`: in their clicks. */
+  most(kind, inside) {
+    const most = ({ shownClick, track }) => (inside ? shownClick?.most[kind] : null) ?? track.most[kind];
+    return Math.max(...this.app.sources.map(most));
+  }
+
+  /** The lowest value of this kind, likewise; away from clicks, what goes to the right will come back. */
+  lowest(kind, inside) {
+    const lowest = ({ shownClick, track }) => (inside ? shownClick?.lowest[kind] : null) ?? -track.most[kind];
+    return ["velocity", "momentum"].includes(kind) ? Math.min(...this.app.sources.map(lowest)) : 0;
   }
 
   draw(theme) {
     const { source, scene, app, sliders: { chosen: selected } } = this, { state, drawing } = source;
-    const { shows, clock } = app, held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
+    const { shows, clock, lesson } = app, held = source.held ?? new Map();
+    const click = clock.inside ? source.shownClick : null;
+    const told = shows.velocity || shows.force || lesson.phase === "knows"; // numbers of balls
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
-      theme, held, selected, labels: shows.numbers || Boolean(click) || selected >= 0,
-      arrows: shows.velocity || click ? Math.max((click ?? source.track).most.velocity, 1e-3) : 0,
+      theme, held, selected, labels: shows.numbers || told || Boolean(click) || selected >= 0,
+      arrows: shows.velocity || click ? Math.max(this.most("velocity", Boolean(click)), 1e-3) : 0,
     });
     if (click?.most.overlap) {
       const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand")); // m, half of a lens
       drawLenses(scene, state, { reach, theme, opacity: drawing.rigid ? 0 : Math.min(1, 2 * this.near - 1) });
     }
     const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, state) : app.hintFor(this);
-    write(this.sentence, text);
-    write(this.detail, detail);
+    write(this.sentence, unbroken(text));
+    write(this.detail, unbroken(detail));
     this.tell();
     this.strips.draw(click, theme);
   }

@@ -2,7 +2,7 @@
 
 import { aria, element, roundStep, withPrefix, write } from "#view/common.js";
 import { colourOf, FINE, Graph, SECONDS, THIN, UNITS } from "#view/graph.js";
-import { rounded, say } from "#view/texts.js";
+import { contactName, rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
@@ -10,7 +10,7 @@ const NEAR = 3;      // px from the pointer within which a spike is read
 
 export class Strips {
   constructor(stage) {
-    Object.assign(this, { stage, app: stage.app, pointer: null });
+    Object.assign(this, { stage, app: stage.app, pointer: null, heights: [] }); // `heights`: of titles, px
     // What scrolls can be reached by the keyboard.
     this.box = element(stage.figure, "div", { className: "strips", hidden: true, role: "group", tabIndex: 0 });
     const canvas = this.canvas = element(this.box, "canvas", { className: "graph", role: "img" });
@@ -53,13 +53,18 @@ export class Strips {
     if (this.box.hidden) return write(this.more, "");
     this.window = this.frozen ?? this.around(known);
     const pointer = this.pointer === null ? null : graph.timeAt(this.pointer, this.window);
-    graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
+    const [most, lowest] = ["most", "lowest"].map((end) => (kind) => this.stage[end](kind, Boolean(known)));
+    const titles = kinds.map((_, i) => Math.max(...app.stages.map(({ strips }) => strips.heights[i] ?? 0))); // in all
+    graph.draw(kinds, track, { ...this.window, now, pointer, most, lowest, titles, click: known,
+      origin: known?.begin ?? origin, theme });
     canvas.style.cursor = this.canSeek ? "ew-resize" : "";
     write(this.more, this.hiddenOf(kinds)); // before what is written would have to be laid out for it
-    this.write(kinds.map((kind) => this.title(kind, track, pointer ?? now, theme)));
-    if (performance.now() - (this.told ?? -Infinity) < 1000) return;
+    this.write(kinds.map((kind) => this.title(kind, track, pointer ?? now, roundStep(most(kind), FINE), theme)));
+    const { clientWidth: width } = canvas, { shape, told } = this;
+    if (told?.shape === shape && told.width === width && performance.now() - told.time < 1000) return;
     aria(canvas, { label: this.titles.textContent });
-    this.told = performance.now();
+    this.heights = [...this.titles.children].map(({ firstChild }) => firstChild.offsetHeight);
+    this.told = { shape, width, time: performance.now() };
   }
 
   /** The rows that are scrolled out of view, in words. */
@@ -79,18 +84,22 @@ export class Strips {
     return { left, right: live ? Math.max(now, left + clock.base) : Math.min(left + span, end) };
   }
 
-  /** The parts of a row's title, with its values at this time: [text], or [name, value, colour]. */
-  title(kind, track, at, theme) {
+  /** The parts of a row's title, with its values at this time and the unit of its scale, which ends at `most`: [text],
+   *  or [name, value, colours]. */
+  title(kind, track, at, most, theme) {
     const curves = track.times.length > 1 ? track.curves[kind] : [], { left, right } = this.window;
     const pixel = (right - left) / this.canvas.clientWidth;
     const several = curves.map((_, i) => track.valueAt(kind, i, at, NEAR * pixel));
-    const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
-      energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
-    const colours = (i) => (kind === "momentum" ? "transparent" : colourOf(kind, i, track, theme));
+    const thin = this.canvas.clientWidth <= THIN;
+    const names = { velocity: (i) => (thin ? String(i + 1) : say("ball", { ball: i + 1 })), force: contactName,
+      momentum: () => "", energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
     const largest = several.reduce((best, value, i) => (Math.abs(value) > Math.abs(several[best]) ? i : best), 0);
     const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
-    const value = (i) => withPrefix(several[i], UNITS[kind], 3, roundStep(track.most[kind], FINE));
-    return [[say(`shows.${kind}`)], ...told.map((i) => [names(i), value(i), colours(i)]), [this.sum(kind)]];
+    const parts = (value) => /^(\S+) (.*)$/.exec(withPrefix(value, UNITS[kind], 3, most)).slice(1);
+    const [, unit] = parts(0), color = kind === "energy" || theme.dark ? theme.label : theme.halo;
+    const values = told.map((i) =>
+      [names(i), parts(several[i])[0], { background: colourOf(kind, i, track, theme), color }]);
+    return [[`${say(`shows.${kind}`)} (${unit})`], ...values, [this.sum(kind)]];
   }
 
   /** Writes the titles of rows; where only texts have changed, only these. */
@@ -98,12 +107,12 @@ export class Strips {
     const shape = titles.map((parts) => parts.length).join();
     if (this.shape !== shape) this.titles.replaceChildren(...titles.map(emptyTitle));
     this.shape = shape;
-    titles.forEach((parts, row) => parts.forEach(([text, value, colour], i) => {
-      const part = this.titles.children[row].childNodes[2 * i];
+    titles.forEach((parts, row) => parts.forEach(([text, value, colours], i) => {
+      const part = this.titles.children[row].firstChild.childNodes[2 * i];
       if (value === undefined) return write(part, text);
-      write(part.firstChild, `${text} `);
-      write(part.lastChild, value);
-      part.style.borderColor = colour;
+      write(part.firstChild, text);
+      Object.assign(part.firstChild.style, colours);
+      write(part.lastChild, text ? `: ${value}` : value);
     }));
   }
 
@@ -120,17 +129,13 @@ export class Strips {
   }
 }
 
-/** A row's title with room for these parts, and a space after each. */
+/** A row's title with room for these parts, and a space after each: names as chips, and values. */
 function emptyTitle(parts) {
-  const row = document.createElement("p");
+  const row = document.createElement("div"), line = element(row, "p");
   for (const [, value] of parts) {
-    if (value === undefined) row.append(new Text(), " ");
-    else {
-      const part = element(row, "span");
-      part.append(new Text());
-      element(part, "b");
-      row.append(" ");
-    }
+    const part = value === undefined ? line.appendChild(new Text()) : element(line, "span");
+    if (value !== undefined) for (const name of ["i", "b"]) element(part, name);
+    line.append(" ");
   }
   return row;
 }

@@ -68,8 +68,9 @@ export class Timeline {
     const { clock, controls: { whole, speed, factor, previous, next } } = this.app;
     if (live) return;
     whole.value = now;
-    speed.value = 1 - Math.log(clock.base) / Math.log(SLOWEST);
-    write(factor, paceText(clock.base));
+    speed.value = 1 - Math.log(clock.rate) / Math.log(SLOWEST);
+    speed.disabled = clock.rate < clock.base; // a click sets it
+    write(factor, paceText(clock.rate));
     aria(whole, { valuetext: `${now.toFixed(2)} s` });
     aria(speed, { valuetext: factor.textContent });
     write(previous, say(clock.inside ? "previousEvent" : "previousClick"));

@@ -70,6 +70,9 @@ export class Click {
   /** The largest velocity, force and overlap in it (SI). */
   get most() { return this.samples.most; }
 
+  /** The lowest velocity and momentum in it (SI), or 0. */
+  get lowest() { return this.samples.lowest; }
+
   forget() {
     for (const run of [this.before, this.scout, this.sampler]) run.forget();
   }

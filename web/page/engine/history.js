@@ -1,6 +1,6 @@
 // Tracks: what strips show of a whole recording, of a click, or of the recent past of a live run.
 
-import { countUpTo, largest, linear, placeIn } from "#view/common.js";
+import { countUpTo, largest, linear, placeIn, smallest } from "#view/common.js";
 
 const PARTS = ["kinetic", "gravity", "elastic"]; // of the energy
 const LEAST = { velocity: 1e-3, force: 1e-9, energy: 1e-12, momentum: 1e-3 }; // smallest ends of scales, SI
@@ -10,13 +10,17 @@ export class Track {
   /** `times` (s) rise; `curves`: by kind, a column of samples for each; `parts`: what its curves of energy are;
    *  `masses` of the balls (kg), if they are known. */
   constructor(balls, times, curves, parts, masses = null) {
-    Object.assign(this, { balls, times, curves, parts, masses, pulses: [], most: { ...LEAST, overlap: 1e-9 } });
+    Object.assign(this, { balls, times, curves, parts, masses, pulses: [], most: { ...LEAST, overlap: 1e-9 },
+      lowest: { velocity: 0, momentum: 0 } });
   }
 
   pulsesIn(left, right) { return this.pulses.filter(({ onset, release }) => release >= left && onset <= right); }
 
-  /** Raises the largest value of this kind to that of these columns. */
-  see(kind, columns) { this.most[kind] = Math.max(this.most[kind], largest(columns)); }
+  /** Raises the largest absolute value of this kind to that of these columns, and lowers the lowest one. */
+  see(kind, columns) {
+    this.most[kind] = Math.max(this.most[kind], largest(columns));
+    if (kind in this.lowest) this.lowest[kind] = smallest(columns, this.lowest[kind]);
+  }
 
   /** The force of a pulse as points [s, N]: from its onset through the samples within it and its peak to its release. A
    *  pulse `at` a time is not resolved by the samples: a spike. */

@@ -5,7 +5,7 @@ import { Refusal, State } from "#engine/engine.js";
 import { Track } from "#engine/history.js";
 import { DEFAULTS, Setup, swingOf } from "#engine/setup.js";
 import { fromCsv, runOf } from "#engine/table.js";
-import { columnsOf, countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
+import { columnsOf, countUpTo, cubic, largest, linear, placeIn, smallest } from "#view/common.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
 const RESOLVED = 4;      // samples that show the shape of a pulse
@@ -181,6 +181,8 @@ class RecordedClick {
 
   /** The largest velocity, force and overlap in it (SI); an overlap of 0 where that is not known. */
   get most() { return this.largest ??= this.findMost(); }
+
+  get lowest() { return { velocity: smallest([this.speeds, this.after]) }; }
 
   findMost() {
     const { samples, pulses, speeds, after, range: [from, to] } = this, instants = Array.from({ length: to - from });

@@ -1,7 +1,7 @@
 // What happens inside a click, in sentences made from its pulses.
 
 import { withPrefix } from "#view/common.js";
-import { rounded, say } from "#view/texts.js";
+import { contactName, inWords, rounded, say } from "#view/texts.js";
 
 export const TOGETHER = 1e-3; // of a click's length, within which events are told as one
 
@@ -13,10 +13,10 @@ export function captionOf(click, now, state) {
     const { contact } = fastest(first, click);
     return { text: say("approaching", { ...pair(contact), time: withPrefix(click.begin - now, "s", 2) }) };
   }
-  const { length, pulses } = click, strongest = Math.max(0, ...state.F);
+  const { length, pulses } = click;
   if (now < click.end) {
     const since = say("sinceTouch", { time: withPrefix(now - click.begin, "s", 3, length) });
-    const detail = strongest > 0 ? `${since} · ${withPrefix(strongest, "N", 3, click.most.force)}` : since;
+    const detail = [since, strongest(click, state)].filter(Boolean).join("\u00a0· ");
     return { text: sentence(click, now, state), detail };
   }
   const text = say(length ? "over" : "overRigid", { time: withPrefix(length, "s"), count: pulses.length });
@@ -25,6 +25,13 @@ export function captionOf(click, now, state) {
 
 /** The balls of a contact, counted from 1. */
 const pair = (contact) => ({ a: contact + 1, b: contact + 2 });
+
+/** Which contact presses hardest now, or which ones, and how hard; nothing where none does. */
+function strongest({ most }, { F }) {
+  const [told, highest] = [(force) => withPrefix(force, "N", 3, most.force), Math.max(0, ...F)];
+  const contacts = [...F.keys()].filter((i) => told(F[i]) === told(highest)).map(contactName).join(", ");
+  return highest > 0 && say("strongest", { contacts, force: told(highest) }).replaceAll(" ", "\u00a0");
+}
 
 /** The pulse or event whose balls approached each other fastest. */
 function fastest(events, { speeds }) {
@@ -51,7 +58,10 @@ function sentence(click, now, state) {
   }
   const told = (group.length > 2 ? [fastest(group, click)] : group).map((event) => say(text, pair(event.contact)));
   const pressed = others.length + (begins ? group.length : 0);
-  if (!begins || pressed > told.length) told.push(pressed ? say("pressed", { count: pressed }) : say("apart"));
+  if (begins && pressed > told.length && pressed === state.closed.length)
+    return say("allPress", { count: pressed, number: inWords(pressed) });
+  if (!begins || pressed > told.length)
+    told.push(pressed ? say("pressed", { count: pressed, number: inWords(pressed) }) : say("apart"));
   return told.join(" ");
 }
 

@@ -38,6 +38,11 @@ export function largest(columns) {
   return columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
 }
 
+/** The smallest value in some columns, if it is below this one. */
+export function smallest(columns, least = 0) {
+  return columns.reduce((low, column) => column.reduce((a, b) => Math.min(a, b), low), least);
+}
+
 /** The place of `t` among rising times: the sample before it, and the part of the way to the next one. */
 export function placeIn(times, t) {
   const i = Math.min(Math.max(countUpTo(times, t) - 1, 0), times.length - 2), h = times[i + 1] - times[i];
@@ -148,6 +153,15 @@ export function circle(c, { x, y }, radius, colour, width = 0, tall = radius) {
   c.ellipse(x, y, radius, tall, 0, 0, 2 * Math.PI);
   Object.assign(c, width ? { strokeStyle: colour, lineWidth: width } : { fillStyle: colour });
   if (width) c.stroke(); else c.fill();
+}
+
+export const RIM = 3; // px around what stands out from what is behind it
+
+/** Writes a text with a rim of another colour, through which nothing is seen. */
+export function rimmed(c, text, x, y, colour, rim) {
+  Object.assign(c, { fillStyle: colour, strokeStyle: rim, lineWidth: RIM, lineJoin: "round" });
+  c.strokeText(text, x, y);
+  c.fillText(text, x, y);
 }
 
 /** The gradient with these stops: [place, colour], or colours at even distances. */

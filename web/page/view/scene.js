@@ -1,16 +1,20 @@
 // The cradle, drawn: frame, strings, balls, and the glow of the forces between them.
 
-import { circle, prepared, shaded, through, withPrefix } from "#view/common.js";
+import { circle, prepared, RIM, rimmed, shaded, through } from "#view/common.js";
 import { box, Lens, minus, plus } from "#view/eye.js";
-import { FONT, say } from "#view/texts.js";
+import { FONT } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
 const MARGIN = 12, CLOSE_MARGIN = 3; // px around what is shown, from afar and close by
-const SHORTER = 0.68; // the least factor by which strings are shortened on a wide canvas
+const SHORTER = 0.5; // the least factor by which strings are shortened on a wide canvas
 const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees all flat
+const FADE = 24; // px at the top in which what is cut off there fades
 const LARGEST = 110; // px, the radius of a ball
+export const SMALL = 11; // px, the least letters
+const SHORTEST_ARROW = 4; // px
 const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
-const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
+const AFTERGLOW = 0.12; // s on the viewer's clock that a contact shines after its pulse
+const SEEN = 2;         // px: a gap as wide as that is seen, and nothing shines across it
 
 /** How balls look by the ratio of their Young's modulus to that of steel: the largest of each metal, and its parts of
  *  red, green and blue: as lead is, brass, steel, and what is stiffer. */
@@ -21,6 +25,9 @@ const METALS = [[0.3, [0.5, 0.53, 0.62]], [0.8, [1, 0.8, 0.42]], [1.3, PLAIN], [
 export function ballColour(i, balls, dark) {
   return `oklch(${dark ? 0.78 : 0.52} 0.13 ${(25 + (330 * i) / Math.max(balls, 5)) % 360})`;
 }
+
+/** Of the contact between balls `i` and `i` + 1: a colour between theirs. */
+export function contactColour(i, balls, dark) { return ballColour(i + 0.5, balls, dark); }
 
 export class Scene {
   constructor(canvas) {
@@ -44,7 +51,7 @@ export class Scene {
     let x = -half;
     const rests = sizes.map((size) => (x += 2 * size) - size);
     const tints = sizes.map((_, i) => METALS.find(([stiffest]) => (moduli?.[i] ?? 1) <= stiffest)[1]);
-    Object.assign(this, { sizes, tints, half, largest, long, reach, floor, rests, swing });
+    Object.assign(this, { sizes, tints, half, largest, long, reach, floor, rests, swing, near });
     const all = this.surroundings(swingAngle), distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
     const lens = new Lens(this.eye.axes, distance), far = lens.bounds(all);
     const close = lens.bounds(box(half + 1.2, floor - 0.45, Math.min(4.9 * largest, long + 0.3), 0));
@@ -98,18 +105,19 @@ export class Scene {
     return places.slice(1).map((right, i) => {
       const left = places[i].at, way = minus(right.at, left), touching = this.sizes[i] + this.sizes[i + 1];
       const away = Math.hypot(...way) / touching - 1;
-      // What has parted does not shine any more.
-      const strength = Math.sqrt(this.glow[i] ?? 0) * Math.max(0, 1 - 4 * away);
-      return { ...this.lens.place(plus(left, way, this.sizes[i] / touching)), away, strength };
+      const place = this.lens.place(plus(left, way, this.sizes[i] / touching));
+      const closed = Math.min(1, Math.max(0, 1 - (away * touching * place.unit) / SEEN));
+      return { ...place, away, strength: Math.sqrt(this.glow[i] ?? 0) * closed };
     });
   }
 
-  /** Lets contacts shine: by their force now, or by what is left of their last pulses after `passed` s of the viewer's
-   *  clock. */
+  /** Lets contacts shine by their force now, as a part of the `strongest`. Where clicks pass too fast to be seen, they
+   *  flash: by the last pulses, `passed` s of the viewer's clock after the last picture. 0: forces are seen as they are,
+   *  because time stands still or slows at a click. */
   shine(state, pulses, strongest, passed) {
-    const fade = Math.exp((-3 * passed) / AFTERGLOW);
+    const fade = passed > 0 ? Math.exp((-3 * passed) / AFTERGLOW) : 0;
     this.glow = Array.from(state.F, (force, i) => Math.max((this.glow[i] ?? 0) * fade, Math.max(0, force) / strongest));
-    for (const { contact, peak } of pulses)
+    if (passed > 0) for (const { contact, peak } of pulses)
       this.glow[contact] = Math.max(this.glow[contact], Math.min(1, peak / strongest));
   }
 
@@ -131,6 +139,7 @@ export class Scene {
     this.drawFrame(theme);
     this.drawShadows(places, theme);
     this.drawStrings(places, theme);
+    this.fadeTop();
     places.forEach((place, i) => this.drawBall(place, this.sizes[i] * this.unit, this.tints[i], theme));
   }
 
@@ -145,14 +154,25 @@ export class Scene {
       through(c, [[left, foot], [left, top], [right, top], [right, foot]]).stroke();
     });
     c.fillStyle = shaded(c.createLinearGradient(0, foot, 0, foot + deep), theme.base);
-    c.beginPath();
-    c.roundRect(left - 0.7 * unit, foot, right - left + 1.4 * unit, deep, 0.12 * unit);
-    c.fill();
+    this.base = new Path2D();
+    this.base.roundRect(left - 0.7 * unit, foot, right - left + 1.4 * unit, deep, 0.12 * unit);
+    c.fill(this.base);
   }
 
-  /** A soft shadow for each ball on the table. */
+  /** Close by, what is cut off at the top fades there. */
+  fadeTop() {
+    const { context: c, near, canvas: { clientWidth } } = this;
+    c.globalCompositeOperation = "destination-out";
+    c.fillStyle = shaded(c.createLinearGradient(0, 0, 0, FADE), [`rgba(0, 0, 0, ${near})`, "rgba(0, 0, 0, 0)"]);
+    c.fillRect(0, 0, clientWidth, FADE);
+    c.globalCompositeOperation = "source-over";
+  }
+
+  /** A soft shadow for each ball on the base. */
   drawShadows(places, theme) {
     const { context: c, unit } = this;
+    c.save();
+    c.clip(this.base);
     places.forEach(({ at, x }, i) => {
       const up = at[1] / this.long, wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
@@ -163,6 +183,7 @@ export class Scene {
       circle(c, { x: 0, y: 0 }, wide, fill);
       c.restore();
     });
+    c.restore();
   }
 
   drawStrings(places, theme) {
@@ -205,19 +226,28 @@ export class Scene {
     c.globalCompositeOperation = "source-over";
   }
 
-  /** Velocities as arrows below the balls; the longest is `arrows` m/s. */
+  /** Velocities as arrows below the balls, so long for the `fastest` (m/s), with a rim against what is behind them; the
+   *  first of the longest has the name v. */
   drawArrows(places, state, fastest, theme) {
-    const { context: c } = this;
+    const { context: c } = this, speeds = Array.from(state.v, Math.abs), named = speeds.indexOf(Math.max(...speeds));
     places.forEach((place, i) => {
       const { at, x, y, unit } = place, end = this.lens.place(plus(at, [1, 0, 0], (1.75 * state.v[i]) / fastest));
-      const long = Math.hypot(end.x - x, end.y - y), neck = Math.max(0, long - 0.24 * unit);
-      const half = 0.13 * unit, thin = Math.max(1, 0.043 * unit);
-      if (long < 1.5) return;
+      const long = Math.hypot(end.x - x, end.y - y), size = Math.max(SMALL, 0.34 * unit);
+      const head = Math.min(long, 0.3 * unit), neck = long - head, half = 0.55 * head;
+      const thin = Math.min(half, Math.max(1, 0.05 * unit));
+      if (long < SHORTEST_ARROW) return;
       c.save();
-      c.translate(x, y + (this.sizes[i] + 0.32) * unit);
+      c.translate(x, y + (this.sizes[i] + 0.36) * unit);
       c.rotate(Math.atan2(end.y - y, end.x - x));
-      c.fillStyle = ballColour(i, places.length, theme.dark);
-      through(c, [[0, -thin], [neck, -thin], [neck, -half], [long, 0], [neck, half], [neck, thin], [0, thin]]).fill();
+      Object.assign(c, { fillStyle: theme.ink, strokeStyle: theme.back, lineWidth: RIM, lineJoin: "round" });
+      through(c, [[0, -thin], [neck, -thin], [neck, -half], [long, 0], [neck, half], [neck, thin], [0, thin]]);
+      c.closePath();
+      c.stroke();
+      c.fill();
+      c.translate(long + 0.6 * size, 0);
+      if (end.x < x) c.rotate(Math.PI); // upright again
+      Object.assign(c, { font: `italic ${size}px ${FONT}`, textAlign: "center", textBaseline: "middle" });
+      if (i === named) rimmed(c, "v", 0, 0, theme.ink, theme.back);
       c.restore();
     });
   }
@@ -235,54 +265,4 @@ export class Scene {
       c.fillText(String(i + 1), x, y + 0.02 * unit);
     });
   }
-}
-
-// ---- microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres
-
-/** Draws a lens for each contact; `reach` (m) is half of what it shows. */
-export function drawLenses(scene, state, { reach, theme, opacity }) {
-  const { context: c, unit } = scene, touches = scene.contacts(scene.places(state));
-  const apart = touches.slice(1).map(({ x, y }, i) => Math.hypot(x - touches[i].x, y - touches[i].y));
-  const radius = Math.min(0.9 * unit, 84, 0.48 * Math.min(...apart)), size = Math.max(10, Math.min(15, 0.3 * unit));
-  if (radius < 15 || opacity <= 0) return;
-  c.save();
-  const font = `600 ${size}px ${FONT}`;
-  Object.assign(c, { globalAlpha: opacity, font, textAlign: "center", textBaseline: "alphabetic" });
-  touches.forEach(({ x, y, away }, i) => {
-    if (away > 0.25) return;
-    const gap = -state.overlap[i]; // m until the law acts; negative while it does
-    const centre = { x, y: y - scene.largest * unit - radius - 0.55 * unit }, above = centre.y - radius - 6;
-    Object.assign(c, { strokeStyle: theme.lensLine, lineWidth: 1 });
-    through(c, [[x, y], [x, centre.y + radius]]).stroke();
-    drawLens(c, centre, radius, gap / reach, state.F[i] > 0, theme);
-    if (radius < 22) return;
-    c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
-    c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), x, above - 1.2 * size);
-    c.fillText(withPrefix(Math.abs(gap), "m", 2, reach), x, above);
-  });
-  c.restore();
-}
-
-/** One lens: `gap` in its half widths, drawn so that one half width is half of its radius. What is farther apart is out
- *  of its sight. */
-function drawLens(c, centre, radius, gap, glows, theme) {
-  const { x, y } = centre, shift = 0.5 * gap * radius, bend = 2.6 * radius;
-  c.save();
-  circle(c, centre, radius, theme.lens);
-  c.clip();
-  // Two surfaces that bulge towards each other; where they overlap, they flatten.
-  for (const side of [-1, 1]) {
-    const face = x + side * Math.max(0, 0.5 * shift);
-    circle(c, { x: face + side * bend, y }, bend,
-      shaded(c.createLinearGradient(face, y, face + side * radius, y), theme.lensBall));
-  }
-  if (shift < 0) {
-    // The patch that is pressed: as high as the chord in which the undeformed surfaces would overlap.
-    const depth = -0.5 * shift, half = Math.min(0.8 * radius, Math.sqrt(2 * bend * depth)), width = 2 + 0.5 * depth;
-    const glow = shaded(c.createRadialGradient(x, y, 0, x, y, half + 8), [theme.glow(0.95), theme.glow(0)]);
-    if (glows) circle(c, centre, width + 0.4 * half, glow, 0, half + 8);
-    circle(c, centre, 0.5 * width, theme.patch, 0, half);
-  }
-  c.restore();
-  circle(c, centre, radius, theme.lensLine, 1.5);
 }

@@ -24,9 +24,11 @@ export function languages() {
 /** The entry of this name, such as `presets.desk`: a text, or a list or table of texts. */
 export function textsOf(name) { return name.split(".").reduce((part, key) => part?.[key], table); }
 
-/** The text with this name, its {places} filled with these values. Where it has forms for numbers, `count` chooses. */
+/** The text with this name, its {places} filled with these values. Where it has forms for numbers, `count` chooses: one
+ *  for this number or for those like it. */
 export function say(name, values = {}) {
-  const found = textsOf(name), text = found.other ? found[plurals.select(values.count)] ?? found.other : found;
+  const found = textsOf(name), { count } = values;
+  const text = found.other ? found[count] ?? found[plurals.select(count)] ?? found.other : found;
   return text.replace(/{(\w+)}/g, (_, place) => values[place]);
 }
 
@@ -37,6 +39,17 @@ function fillTexts() {
   for (const element of document.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
   for (const element of document.querySelectorAll("[data-label]"))
     element.setAttribute("aria-label", say(element.dataset.label));
+}
+
+/** A small number as a word, so that it does not read as a part of another one. */
+export function inWords(count) { return textsOf("numbers")[count] ?? String(count); }
+
+/** A contact by its balls; both are counted from 1. */
+export const contactName = (contact) => `${contact + 1}–${contact + 2}`;
+
+/** A text whose lines do not break between a number and what belongs to it: its unit, or another number. */
+export function unbroken(text) {
+  return text.replace(/(?<=\d) (?=[GMkmµnpf]?[msNJ]\b|kg\b|[%\d])/g, "\u00a0");
 }
 
 /** How fast time runs, at this rate. */
