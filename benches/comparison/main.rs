@@ -74,7 +74,7 @@ const TABLES: [Table; 6] = [
     },
     Table {
         title: "On arcs",
-        text: "The same with `pendulum.model = circular`, two balls lifted by 1 m (30 degrees). \
+        text: "The same with `pendulum.model = circular`, two balls pulled 1 m aside (30 degrees). \
                Flights have no closed form.",
         scene: scenes::TEN_MINUTES,
         more: "pendulum.model=circular",
@@ -84,7 +84,7 @@ const TABLES: [Table; 6] = [
     },
     Table {
         title: "Cubic contacts",
-        text: "Two balls lifted by 0.05 m, 600 s, 7,194 pulses.",
+        text: "Two balls pulled 0.05 m aside, 600 s, 7,194 pulses.",
         scene: scenes::CUBIC,
         more: "",
         whole: 600.0,
@@ -93,7 +93,7 @@ const TABLES: [Table; 6] = [
     },
     Table {
         title: "Touching steel balls",
-        text: "Hertz contacts without a dead band, two balls lifted by 0.1 m, 60 s. \
+        text: "Hertz contacts without a dead band, two balls pulled 0.1 m aside, 60 s. \
                Balls in touch have no closed form.",
         scene: scenes::STEEL,
         more: "",

@@ -6,7 +6,7 @@ from plots import COLOURS, Column, Strip, Trace, family
 from support import Found, nc
 
 OMEGA = np.sqrt(9.81)  # 1/s, sqrt(g/L)
-SPEED = OMEGA * 1.0  # m/s, of a ball lifted by 1 m when it is back at x = 0
+SPEED = OMEGA * 1.0  # m/s, of a ball pulled 1 m aside when it is back at x = 0
 QUARTER = np.pi / 2 / OMEGA  # s, when the lifted balls arrive
 STOP = 0.65  # s, after the impacts and before the next ones
 CLASSICAL = np.array([-1.0] * 2 + [0.0] * 8 + [1.0] * 3)  # speeds exchanged pair by pair: sorted

@@ -33,7 +33,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     found.plot(
         "figure4",
         "Figure 4: contact forces over ten seconds",
-        "Five balls, two lifted by 1 m, dead band 0.26 µm. Each click of the cradle is a spike in every contact, "
+        "Five balls, two pulled 1 m aside, dead band 0.26 µm. Each click of the cradle is a spike in every contact, "
         "all at once at this scale. Zoom into one, as Figure 5 does, and it comes apart: six pulses, one after the "
         "other, within a microsecond.",
         [Column(family(resolved, "F", limits=(0, 1.8e7)), views)],

@@ -71,7 +71,7 @@ def command_line() -> argparse.Namespace:
     parser.add_argument("--dead-bands", **bands, help="in units of the largest overlap, 1 µm", **axis)
     damping = {"dest": "damping", "type": float, "default": [0.0, 0.2]}
     parser.add_argument("--dampings", **damping, help="Hunt-Crossley, s/m", **axis)
-    parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
+    parser.add_argument("--lifted", type=int, default=[1, 2], help="balls pulled 0.1 m aside", **axis)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
     workers = "number of local processes [default: one per core]"
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help=workers)

@@ -13,11 +13,11 @@ pub fn ready((balls, settings): (usize, &str), more: &str) -> Host {
     host
 }
 
-/// Figure 6's set-up, with the first two of five balls lifted by 1 m, to be run for 600 s: 2,562 pulses.
+/// Figure 6's set-up, with the first two of five balls pulled 1 m aside, to be run for 600 s: 2,562 pulses.
 pub const TEN_MINUTES: Scene = (5, "x_start=-1,-1,0,0,0 contact.stiffness=2.9e14 contact.deadBand=1.46e-7");
 
-/// Cubic contacts of pendulums with a period of 1 s, for two of five balls lifted by 0.05 m, to be run for 600 s: 7,194
-/// pulses.
+/// Cubic contacts of pendulums with a period of 1 s, for two of five balls pulled 0.05 m aside, to be run for 600 s:
+/// 7,194 pulses.
 pub const CUBIC: Scene = (
     5,
     "x_start=-0.05,-0.05,0,0,0 gravity=39.47841760435743 pendulum.length=1 contact.exponent=3 contact.stiffness=5e18 \

@@ -6,7 +6,7 @@ use cradle_host::scenes::TEN_MINUTES;
 
 use super::{assert_close, exchanging, stepped};
 
-/// Figure 6's set-up, with the first two of five balls lifted by 1 m.
+/// Figure 6's set-up, with the first two of five balls pulled 1 m aside.
 fn figure_6(pendulum: &str) -> String {
     format!("{} pendulum.model={pendulum}", TEN_MINUTES.1)
 }
