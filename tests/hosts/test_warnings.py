@@ -83,27 +83,22 @@ def told(values: dict, *calls) -> list[list[str]]:
     return found
 
 
-def test_warnings_of_parameters_without_effect_are_one_everywhere(fmu, producer, tmp_path):
-    """Over the whole table, in the same words; none where it has an effect."""
+def no_effects(lines) -> list[str]:
+    """Those that name a parameter without effect."""
+    return [line for line in lines if " has no effect" in line]
 
-    def build(values: dict) -> None:
-        nc.build(set=values, binaries=fmu.path).close()
 
-    def program(values: dict) -> list[str]:
-        given = [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
-        said = ended(producer, "build", "--from", fmu.path, "--out", tmp_path / "x.fmu", *given).stderr.splitlines()
-        return [line.removeprefix("warning: ") for line in said]
+def logged(fmu, values: dict, **options) -> list[str]:
+    """The warnings in the log of an instance that starts with these values."""
+    with warnings.catch_warnings(action="ignore"), fmu.start(values, **options) as run:
+        return [line.text for line in run.log if line.category == "logStatusWarning"]
 
-    def logged(values: dict, **options) -> list[str]:
-        with warnings.catch_warnings(action="ignore"), fmu.start(values, **options) as run:
-            return [line.text for line in run.log if line.category == "logStatusWarning"]
 
-    def no_effects(lines) -> list[str]:
-        return [line for line in lines if " has no effect" in line]
-
+def test_warnings_name_each_parameter_without_effect_and_what_it_needs(fmu):
+    """Over the whole table, in the log and in Python in the same words; none where it has an effect."""
     for others, given, needs in together(wasted=True):
-        python, built = told(others | given, fmu.start, build)
-        assert python == built == no_effects(program(others | given)) == no_effects(logged(others | given))
+        (python,) = told(others | given, fmu.start)
+        assert python == no_effects(logged(fmu, others | given))
         assert len(python) == len(given) or others.keys() & {"contact.lossRatio[1]"}
         for name in given:
             (line,) = (line for line in python if line.startswith(f"{name} = "))
@@ -111,29 +106,47 @@ def test_warnings_of_parameters_without_effect_are_one_everywhere(fmu, producer,
     for others, given, _ in together(wasted=False):
         for name, value in given.items():
             used = others | {name: value}
-            about = [line for line in told(used, fmu.start)[0] + logged(used) if line.startswith(f"{name} = ")]
+            about = [line for line in told(used, fmu.start)[0] + logged(fmu, used) if line.startswith(f"{name} = ")]
             assert not about, used
-        python, built = told(others | given, fmu.start, build)
-        assert python == built == no_effects(program(others | given))
-        assert not [line for line in python if line.startswith(tuple(f"{name} = " for name in given))], given
     for name, (value, needs) in OF_ONE_KIND.items():
         of_kind = {
-            "co-simulation": logged({name: value}),
-            "model exchange": logged({name: value}, exchange=True),
+            "co-simulation": logged(fmu, {name: value}),
+            "model exchange": logged(fmu, {name: value}, exchange=True),
         }
         assert {kind for kind, said in of_kind.items() if not said} == {needs}
-        assert told({name: value}, build) == [[]]
+    for name, value in without_needs(fmu).items():
+        one = {name: value}
+        said = told(one, fmu.start)[0] + no_effects(logged(fmu, one))
+        assert not said, said
+
+
+def without_needs(fmu) -> dict:
+    """A value for each parameter that needs nothing."""
     families = {name.partition("[")[0] for name, *_ in NEEDY}
     others = {name for name in fmu.parameters if "[" not in name or name.endswith("[1]")} - {*OF_ONE_KIND}
     others = {name for name in others if name.partition("[")[0] not in families}
     items = {"contact.model": "hertz", "pendulum.model": "circular", "pendulum.length": 1.5}
-    values = {name: items.get(name, 0.015) for name in others}
-    for name, value in values.items():
-        one = {name: value}
-        said = told(one, fmu.start)[0] + [line for line in logged(one) if " has no effect" in line]
-        assert not said, said
-    on_lines = values | {"pendulum.model": "linear"}
-    assert not [line for line in program(on_lines) if " has no effect" in line]
+    return {name: items.get(name, 0.015) for name in others}
+
+
+@pytest.mark.all
+def test_warnings_of_a_build_are_those_of_a_run(fmu, producer, tmp_path):
+    """By the program and by Python."""
+
+    def build(values: dict) -> None:
+        nc.build(set=values, binaries=fmu.path).close()
+
+    def program(values: dict) -> list[str]:
+        given = [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
+        said = ended(producer, "build", "--from", fmu.path, "--out", tmp_path / "x.fmu", *given).stderr.splitlines()
+        return no_effects(line.removeprefix("warning: ") for line in said)
+
+    for others, given, _ in together(wasted=True) + together(wasted=False):
+        run, built = told(others | given, fmu.start, build)
+        assert run == built == program(others | given)
+    for name, (value, _) in OF_ONE_KIND.items():
+        assert told({name: value}, build) == [[]]
+    assert not program(without_needs(fmu) | {"pendulum.model": "linear"})
 
 
 @pytest.mark.all
