@@ -18,8 +18,9 @@ import tomllib
 import zipfile
 
 from checkout import ALL, ENGINE, FMU, LIVE, PRODUCER, PYTHON, ROOT, Stop, fmu_build, make_venv, run, rustc, say
+from checkout.page import make_page
 from checkout.platforms import PLATFORMS
-from checkout.wheel import FOLDER, SCRIPTS
+from checkout.wheel import FOLDER, SCRIPTS, make_wheel
 
 DIST = ROOT / "target/dist"
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
@@ -30,7 +31,7 @@ TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.
 def fmus() -> None:
     """An FMU of the default cradle and one for each preset, all checked; the page without a recording."""
     make_venv(ALL)
-    run([sys.executable, "cradle.py", "page", "--out", DIST / LIVE.name])
+    make_page(DIST / LIVE.name)
     run(["cargo", "build", "--package", "cradle-packaging"])
     command, environment = fmu_build(PRODUCER)
     run(command, env=environment)
@@ -58,7 +59,7 @@ def programs() -> None:
     ENGINE.parent.mkdir(parents=True, exist_ok=True)
     parts = re.findall(r'<script type="text/plain".*?</script>', page.read_text(encoding="utf-8"), re.DOTALL)
     ENGINE.write_text("\n".join(parts), encoding="utf-8")
-    run([sys.executable, "cradle.py", "wheel", "--fmu", DIST / FMU.name])
+    make_wheel(DIST / FMU.name)
     (wheel,) = FOLDER.glob("*.whl")
     shutil.copy2(wheel, DIST)
     out = DIST / f"cradle-fmu-{VERSION}-{rustc('host-tuple')}.zip"

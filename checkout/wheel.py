@@ -1,10 +1,10 @@
 """Builds the contents of the wheel. pyproject.toml says where they go, packaging/wheel_hook.py the wheel's platform."""
 
 import shutil
-import sys
 from pathlib import Path
 
-from checkout import ENGINE, FMU, PRODUCER, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
+from checkout import ENGINE, FMU, LIVE, PRODUCER, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
+from checkout.page import make_page
 
 FOLDER = ROOT / "target/wheel"
 # Folders whose files the wheel puts onto the path, and into the package.
@@ -38,7 +38,7 @@ def make_wheel(fmu: Path | None) -> int:
             (PACKAGE / FMU.name).write_bytes(given)
     with stage("3/3 wheel"):
         if not ENGINE.exists():
-            run([sys.executable, "cradle.py", "page", "--or-skip"])
+            make_page(LIVE, or_skip=True)
         if ENGINE.exists():
             shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig links for glibc 2.17, whatever version this machine has.

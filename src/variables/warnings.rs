@@ -51,8 +51,8 @@ impl Settings {
             let [at, next] = [x[i], x[i + 1]].map(Number);
             format!(
                 "x_start[{left}] = {at} m and x_start[{right}] = {next} m press balls {left} and {right} into each \
-                 other by more than a thousandth of the smaller radius, {radius} m; positions grow to the right, so that of \
-                 a ball lifted to the left is negative"
+                 other by more than a thousandth of the smaller radius, {radius} m; positions grow to the right, so that \
+                 of a ball lifted to the left is negative"
             )
         });
         let length = |i: usize| p.length * p.length_ratio[i];

@@ -121,7 +121,8 @@ fn peak_is_where_the_force_has_no_rate() {
     assert!(humps > 10 && seen > 30, "{humps} {seen}");
 }
 
-/// What changes after the peak of a pulse does not move it: an impact whose outcome was known is then followed in steps.
+/// What changes after the peak of a pulse does not move it: an impact whose outcome was known is then followed in
+/// steps.
 #[test]
 fn peak_of_a_pulse_stays_if_inputs_change_later() {
     let arcs = "pendulum.model=circular contact.deadBand=0 x_start=-0.6,0.4 v_start=0.3,0.1 ball.massRatio=1,2";

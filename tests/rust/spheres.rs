@@ -1,4 +1,5 @@
-//! Hertz contacts of unlike spheres against closed forms (K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and 11.4).
+//! Hertz contacts of unlike spheres against closed forms (K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and
+//! 11.4).
 
 use newtons_cradle::engine::{Chain, Pulse, Results};
 use newtons_cradle::model::Parameters;

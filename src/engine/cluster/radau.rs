@@ -134,23 +134,27 @@ impl<'a> RadauStep<'a> {
         None
     }
 
+    /// Displacement of ball `i` along its path by all forces on it, at the stages.
+    fn by_forces(&self, i: usize) -> Stages {
+        let ball = &self.balls[i];
+        ball.response.displacement * (ball.free_acceleration + (ball.arc_correction + self.pressed(i)))
+    }
+
     /// Displacement of the left ball of contact `j` less that of the right one, at the stages.
     fn relative(&self, j: usize) -> Stages {
         let window = self.window;
-        let [left, right] = [j, j + 1].map(|i| self.balls[i].arc_correction + self.pressed(i));
         let ([l, r], o) = ([j, j + 1].map(|i| &window.flights[i]), &window.balls[j].oscillator);
         let rate = l.v - r.v;
-        let bent = if *o == window.balls[j + 1].oscillator {
+        let by_forces = if *o == window.balls[j + 1].oscillator {
             // Gravity pulls on the difference of the positions.
             let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
             let apart = Flight { x: window.pair(j).apart([l.x, r.x], window.contacts[j].overlap), v: rate, forcing };
+            let [left, right] = [j, j + 1].map(|i| self.balls[i].arc_correction + self.pressed(i));
             self.balls[j].response.displacement * (self.times.map(|t| free_acceleration(o, &apart, t)) + (left - right))
         } else {
-            let bent =
-                |i: usize, by: Stages| self.balls[i].response.displacement * (self.balls[i].free_acceleration + by);
-            bent(j, left) - bent(j + 1, right)
+            self.by_forces(j) - self.by_forces(j + 1)
         };
-        rate * self.times + bent
+        rate * self.times + by_forces
     }
 
     /// The change of the overlap of contact `j` by the displacements of its balls.
@@ -170,7 +174,7 @@ impl<'a> RadauStep<'a> {
             match left.on_arc && left.length != right.length {
                 true => ball.moved,
                 false if same => ball.response.displacement * ball.arc_correction,
-                false => ball.response.displacement * (ball.free_acceleration + ball.arc_correction + self.pressed(i)),
+                false => self.by_forces(i),
             }
         };
         f64::EPSILON * displacement(j).amax().max(displacement(j + 1).amax())

@@ -169,9 +169,7 @@ impl Engine {
             }
         }
         for j in group {
-            if self.constraint(j).is_some() {
-                self.end_constraint(j, t);
-            } else {
+            if !self.end_constraint(j, t) {
                 self.stop_separation(j, t);
             }
         }
@@ -198,12 +196,13 @@ impl Engine {
     }
 
     /// Enters the force of the constraint of contact `j` up to `t` in its ledger, and anchors the contact, pressing.
-    fn end_constraint(&mut self, j: usize, t: DoubleDouble) {
+    /// Returns false if the contact has no constraint.
+    fn end_constraint(&mut self, j: usize, t: DoubleDouble) -> bool {
         let sums = self.constraint(j).map(|constraint| {
             let in_step = constraint.peak(self.step.time.into(), t).force;
             (constraint.impulse(t), constraint.peak(constraint.anchor, t), constraint.anchor, in_step)
         });
-        let Some((impulse, peak, anchor, in_step)) = sums else { return };
+        let Some((impulse, peak, anchor, in_step)) = sums else { return false };
         self.begin_ledger(j, t);
         self.queue.remove(j);
         // If an input is set twice at one instant, its first value acts for no time: its force is no part of the pulse.
@@ -216,6 +215,7 @@ impl Engine {
         self.contacts[j].set_anchored(0.0, Mode::Pressing);
         // The balls of a body differ by rounding only.
         self.balls[j + 1].flight.v = self.balls[j].flight.v;
+        true
     }
 
     /// Acceleration of ball `i` by the inputs at the time `t`.

@@ -226,9 +226,11 @@ impl Recorder {
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
         let external = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
         let acting = (start, forcing, external);
-        let on_arcs = if cradle.on_arcs() { ArcImpactPart::new(&pair, j, acting, coefficients) } else { None };
-        let on_line = if cradle.on_arcs() { None } else { ImpactPart::shape(&pair, start, forcing, coefficients) };
-        if on_arcs.is_none() && on_line.is_none() {
+        let (arc, line) = match cradle.on_arcs() {
+            true => (ArcImpactPart::new(&pair, j, acting, coefficients), None),
+            false => (None, ImpactPart::shape(&pair, start, forcing, coefficients)),
+        };
+        if arc.is_none() && line.is_none() {
             return false;
         }
         for i in j..j + 2 {
@@ -241,10 +243,10 @@ impl Recorder {
             self.peaks[j] = peak;
         }
         self.pressing[j] = false;
-        if let Some(part) = on_arcs {
+        if let Some(part) = arc {
             self.enter(cradle, ArcImpactPart { largest, ..part });
         }
-        if let Some((shape, reach)) = on_line {
+        if let Some((shape, reach)) = line {
             self.enter(cradle, ImpactPart { contact: j, start, forcing, external, shape, reach, largest });
         }
         true

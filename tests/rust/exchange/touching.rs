@@ -51,8 +51,8 @@ prop_compose! {
     ) -> (usize, String) {
         let mut values = format!(
             "contact.deadBand=0 contact.stiffness=1e7 ball.youngModulus=2e8 contact.exponent={} gravity={} \
-             pendulum.drag={} contact.damping={} contact.huntCrossley={} contact.relaxationTime={} contact.restitution={} \
-             a_support={} \
+             pendulum.drag={} contact.damping={} contact.huntCrossley={} contact.relaxationTime={} \
+             contact.restitution={} a_support={} \
              contact.model={model} contact.dampingLaw={law} exchange.contacts={contacts}",
             [1.0, 1.5, 2.0][force], [9.81, 9.81, 0.0][gravity], [0.0, 0.02, 1.0][drag], [0.0, 10.0, 1e3][drag],
             [0.0, 0.1, 1.0][drag], [0.0, 1e-6, 1e-5][drag], [1.0, 0.9, 0.3][drag], [0.0, 1.0, -3.0][shift],

@@ -175,7 +175,10 @@ proptest! {
     }
 
     #[test]
-    fn derivatives_of_random_runs_of_pressed_contacts(case in cradles(Family { pressed: true, powers: true, ..ANY }), which in 0..KNOWNS.len()) {
+    fn derivatives_of_random_runs_of_pressed_contacts(
+        case in cradles(Family { pressed: true, powers: true, ..ANY }),
+        which in 0..KNOWNS.len(),
+    ) {
         derivatives_agree(&case, which)?;
     }
 
